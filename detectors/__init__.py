@@ -1,0 +1,1 @@
+"""Samples in, verdicts out. No bus, no socket, no clock, no logger."""

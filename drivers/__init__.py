@@ -1,0 +1,1 @@
+"""Bytes to readings, messages to bytes. A wire format is a pure module; a transport is another."""

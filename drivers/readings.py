@@ -1,0 +1,118 @@
+"""What a sensor said, at one instant: frozen values with their units in their names.
+
+A reading that exists is valid: NaN and infinity stop at the driver, as None (not measured) or as a counted drop.
+`time_s` is stamped once, at reception, and is the only time that anything behind the driver sees. Angles are radians,
+the earth frame is north-east-down, the body frame forward-right-down.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class ThrusterCommand:
+    """A command on its way to a thruster.
+
+    Attributes:
+        time_s: reception.
+        thruster: number of the thruster in the configuration, from 1.
+        fraction: -1.0 (full reverse) to 1.0 (full ahead), 0.0 neutral, dead band and direction already applied.
+    """
+
+    time_s: float
+    thruster: int
+    fraction: float
+
+
+@dataclass(frozen=True, slots=True)
+class ThrusterReport:
+    """What an ESC or a Hall sensor said of one thruster. None: not in this message, or not known to the sender.
+
+    Attributes:
+        time_s: reception.
+        thruster: number of the thruster in the configuration, from 1.
+        speed_rpm: propeller speed; signed where the sensor has a sign, else the magnitude.
+        voltage_v: supply voltage.
+        current_a: supply or motor current.
+        temperature_k: ESC temperature.
+        error_count: the ESC's own count; it falls back when the motor restarts.
+    """
+
+    time_s: float
+    thruster: int
+    speed_rpm: float | None = None
+    voltage_v: float | None = None
+    current_a: float | None = None
+    temperature_k: float | None = None
+    error_count: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class AutopilotHeartbeat:
+    """HEARTBEAT of an autopilot: MAV_AUTOPILOT, MAV_TYPE, MAV_STATE and the autopilot's own mode number."""
+
+    time_s: float
+    system_id: int
+    component_id: int
+    autopilot: int
+    vehicle_type: int
+    armed: bool
+    custom_mode: int
+    system_status: int
+
+
+@dataclass(frozen=True, slots=True)
+class CommandAcknowledgement:
+    """COMMAND_ACK: MAV_CMD, MAV_RESULT, and progress in percent while in progress (255 = not said)."""
+
+    time_s: float
+    system_id: int
+    component_id: int
+    command: int
+    result: int
+    progress: int
+
+
+@dataclass(frozen=True, slots=True)
+class Attitude:
+    """Attitude of the vehicle and its body rates."""
+
+    time_s: float
+    roll_rad: float
+    pitch_rad: float
+    yaw_rad: float
+    roll_rate_radps: float
+    pitch_rate_radps: float
+    yaw_rate_radps: float
+
+
+@dataclass(frozen=True, slots=True)
+class GlobalPosition:
+    """Position on the earth; depth positive downwards below mean sea level; velocity north, east, down."""
+
+    time_s: float
+    latitude_rad: float
+    longitude_rad: float
+    depth_m: float
+    velocity_mps: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class LocalPosition:
+    """Position and velocity north, east, down of the autopilot's own origin."""
+
+    time_s: float
+    position_m: tuple[float, float, float]
+    velocity_mps: tuple[float, float, float]
+
+
+Reading = (
+    ThrusterCommand
+    | ThrusterReport
+    | AutopilotHeartbeat
+    | CommandAcknowledgement
+    | Attitude
+    | GlobalPosition
+    | LocalPosition
+)
