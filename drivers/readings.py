@@ -107,6 +107,23 @@ class LocalPosition:
     velocity_mps: tuple[float, float, float]
 
 
+@dataclass(frozen=True, slots=True)
+class LinkState:
+    """A bus or link came up, went down, or told of trouble while it stayed up.
+
+    Attributes:
+        time_s: when it was noticed.
+        link: the link's name in the configuration.
+        up: True while frames can come and go.
+        detail: why, in a few words; empty when all is well.
+    """
+
+    time_s: float
+    link: str
+    up: bool
+    detail: str
+
+
 Reading = (
     ThrusterCommand
     | ThrusterReport
@@ -115,4 +132,5 @@ Reading = (
     | Attitude
     | GlobalPosition
     | LocalPosition
+    | LinkState
 )

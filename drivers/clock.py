@@ -1,0 +1,51 @@
+"""The one clock of the program: unix seconds that never step, and kernel time stamps brought onto it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+# A frame waits in a socket buffer for milliseconds, seconds if the process was stopped. Older than this, the wall
+# clock was set between stamp and reading, and the age says nothing.
+MAX_AGE_S = 5.0
+# The two clocks are read one after the other, so their difference jitters by as much as the scheduler pauses us.
+# It is held until it really moved, else frames stamped in order by the kernel could come out in another order.
+OFFSET_TOLERANCE_S = 0.002
+
+
+class Clock:
+    """Unix time at the start plus monotonic time elapsed since: it does not step when NTP or a user sets the wall clock.
+
+    Args:
+        wall: source of unix seconds.
+        monotonic: source of seconds that never go back.
+    """
+
+    def __init__(
+        self, wall: Callable[[], float] = time.time, monotonic: Callable[[], float] = time.monotonic
+    ) -> None:
+        self._wall = wall
+        self._monotonic = monotonic
+        self._start_s = wall() - monotonic()
+        self._wall_offset_s = 0.0
+
+    def now(self) -> float:
+        """Seconds since 1970 as they stood at the start, going on evenly."""
+        return self._start_s + self._monotonic()
+
+    def stamp(self, unix_s: float) -> float:
+        """Bring a wall-clock stamp of the recent past onto this clock, by its age.
+
+        Args:
+            unix_s: wall-clock time at which the kernel received something, in seconds since 1970.
+
+        Returns:
+            The same instant on this clock, never in the future; `now()` where the stamp is no recent past.
+        """
+        now_s, wall_s = self.now(), self._wall()
+        if not 0.0 <= wall_s - unix_s <= MAX_AGE_S:  # also false for NaN
+            return now_s
+        offset_s = now_s - wall_s
+        if abs(offset_s - self._wall_offset_s) > OFFSET_TOLERANCE_S:
+            self._wall_offset_s = offset_s
+        return min(now_s, unix_s + self._wall_offset_s)
