@@ -14,7 +14,7 @@ OFFSET_TOLERANCE_S = 0.002
 
 
 class Clock:
-    """Unix time at the start plus monotonic time elapsed since: it does not step when NTP or a user sets the wall clock.
+    """Unix time at the start plus monotonic time since: it does not step when NTP or a user sets the wall clock.
 
     Args:
         wall: source of unix seconds.

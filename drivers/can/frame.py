@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 STANDARD_MASK = 0x7FF
@@ -30,7 +31,7 @@ class CanFrame:
         error: not a frame of the bus but the controller's report of an error.
 
     Raises:
-        ValueError: identifier or data out of range.
+        ValueError: identifier or data out of range, or a time that is no number.
     """
 
     time_s: float
@@ -42,6 +43,8 @@ class CanFrame:
 
     def __post_init__(self) -> None:
         _check_identifier("identifier", self.identifier, self.extended or self.error)
+        if not math.isfinite(self.time_s):
+            raise ValueError(f"time_s must be finite, got {self.time_s}")
         limit = FD_DATA_BYTES if self.fd else CLASSIC_DATA_BYTES
         if len(self.data) > limit:
             raise ValueError(f"data must be at most {limit} bytes, got {len(self.data)}")
