@@ -1,0 +1,232 @@
+"""Joins what arrives unevenly, at different rates and from different buses, into evenly spaced thruster samples.
+
+Commands (a PWM value in MAVLink, a RawCommand on CAN) and reports (RPM, voltage, current) of one thruster come with
+their own jitter. A detector wants samples that are evenly spaced, so for each thruster, with `period = 1 / rate`:
+
+- **Grid.** Sample `k` stands at `t_k = k * period`, counted from the epoch, so its place does not depend on when the
+  program was started.
+- **Command.** The mean over `(t_{k-1}, t_k]` of the command, each held until the next one arrives: a change inside a
+  period counts in proportion. That is what the motor has felt, and it keeps the timing of a step that the grid cuts.
+- **Speed.** Linear between the two reports around `t_k`. The sample is therefore given out when the later one comes,
+  at most one report behind the present.
+- **Voltage, current.** The last one reported before `t_k`, for up to `TELEMETRY_HOLD_S`, then None.
+- **Gap.** Two successive reports more than `gap_s` apart: nothing is made up between them, the next sample just comes
+  later, and the detector sees the jump in time.
+- **Staleness.** No sample where the newest command is older than `stale_s`, nor where commands do not cover the whole
+  period: what the motor was told is then not known.
+- **Rate.** As configured, or learnt from the first `RATE_REPORTS` intervals of the reports: the largest of `RATES_HZ`
+  that is not above 1.1 times the median report rate. While learning, no samples. Once known it stays: a learnt delay
+  in samples would lose its meaning with another period.
+- **Time running backwards.** A command older than the last one, or a report not newer than the last one, is refused
+  and counted in `drops`; so is a value that is not finite. Nothing here raises on data.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter, deque
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from statistics import median
+
+from detectors.thruster.sample import ThrusterSample
+
+RATES_HZ = (1, 2, 4, 5, 10, 20, 25, 40, 50, 100, 200)
+RATE_REPORTS = 50
+RATE_TOLERANCE = 1.1
+
+# ArduPilot's own limit for ESC telemetry other than RPM (AP_ESC_Telem: RPM 1 s, the rest 5 s)
+TELEMETRY_HOLD_S = 5.0
+
+# beyond this a time stamp is garbage (the year 5138), and the number of its grid point no longer exact
+TIME_LIMIT_S = 1e11
+
+
+def nearest_rate_hz(report_rate_hz: float) -> float:
+    """The largest of `RATES_HZ` that is not above 1.1 times the report rate; the smallest where all are above."""
+    fitting = [rate for rate in RATES_HZ if rate <= RATE_TOLERANCE * report_rate_hz]
+    return float(fitting[-1] if fitting else RATES_HZ[0])
+
+
+def _is_time(time_s: float) -> bool:
+    return abs(time_s) < TIME_LIMIT_S  # False for NaN
+
+
+@dataclass(frozen=True, slots=True)
+class _Point:
+    """A value at an instant."""
+
+    time_s: float
+    value: float
+
+
+class HeldCommand:
+    """A command that holds until the next one: its mean over an interval, for as far back as is needed."""
+
+    def __init__(self, stale_s: float, keep_s: float) -> None:
+        self._stale_s = stale_s
+        self._keep_s = keep_s
+        self._points: deque[_Point] = deque()
+
+    def append(self, time_s: float, value: float) -> bool:
+        """Takes the newest command; False, and nothing changed, where it is older than the one before."""
+        if self._points:
+            newest = self._points[-1]
+            if time_s < newest.time_s:
+                return False
+            if time_s - newest.time_s > self._stale_s:
+                self._points.clear()  # what was told in between is not known
+        self._points.append(_Point(time_s, value))
+        self.forget_before(time_s - self._keep_s)
+        return True
+
+    def mean(self, start_s: float, end_s: float) -> float | None:
+        """Mean over `(start_s, end_s]`; None where the interval is not covered or the command is stale at its end."""
+        points = self._points
+        if not points or points[0].time_s > start_s or not self._fresh_at(end_s):
+            return None
+        held = points[0].value
+        for point in points:
+            if point.time_s > end_s:
+                break
+            held = point.value
+        return held + self._excess(held, start_s, end_s) / (end_s - start_s)
+
+    def _excess(self, held: float, start_s: float, end_s: float) -> float:
+        # integral of (command - the command held at the end): exactly 0 for a constant command, whatever the rounding
+        total = 0.0
+        for earlier, later in pairwise(self._points):
+            overlap_s = min(later.time_s, end_s) - max(earlier.time_s, start_s)
+            if overlap_s > 0.0:
+                total += (earlier.value - held) * overlap_s
+        return total
+
+    def _fresh_at(self, time_s: float) -> bool:
+        newest = next((p for p in reversed(self._points) if p.time_s <= time_s), None)
+        return newest is not None and time_s - newest.time_s <= self._stale_s
+
+    def forget_before(self, time_s: float) -> None:
+        """Drops what no interval that starts at `time_s` or later needs."""
+        while len(self._points) > 1 and self._points[1].time_s <= time_s:
+            self._points.popleft()
+
+
+class RateLearner:
+    """The sample rate that suits the reports, from the median of their first intervals."""
+
+    def __init__(self) -> None:
+        self._intervals_s: list[float] = []
+
+    def update(self, interval_s: float) -> float | None:
+        """Takes one interval in seconds (> 0); the rate in Hz once there were enough of them, else None."""
+        self._intervals_s.append(interval_s)
+        if len(self._intervals_s) < RATE_REPORTS:
+            return None
+        return nearest_rate_hz(1.0 / median(self._intervals_s))
+
+
+class _Held:
+    """Telemetry that holds for `TELEMETRY_HOLD_S`."""
+
+    def __init__(self) -> None:
+        self._point: _Point | None = None
+
+    def take(self, time_s: float, value: float | None) -> None:
+        if value is not None and math.isfinite(value):
+            self._point = _Point(time_s, value)
+
+    def at(self, time_s: float) -> float | None:
+        if self._point is None or time_s - self._point.time_s > TELEMETRY_HOLD_S:
+            return None
+        return self._point.value
+
+
+class ThrusterAligner:
+    """Commands and reports of one thruster in, evenly spaced samples out. See the module's text for the rules.
+
+    Args:
+        sample_rate_hz: samples a second; None = learnt from the reports.
+        gap_s: reports further apart than this are not joined.
+        stale_s: a command holds for this long.
+
+    Attributes:
+        rate_hz: the sample rate, None while it is learnt.
+        drops: refused inputs by cause.
+
+    Raises:
+        ValueError: a rate or time that is not positive and finite.
+    """
+
+    def __init__(self, sample_rate_hz: float | None = None, gap_s: float = 1.0, stale_s: float = 1.0) -> None:
+        for name, value in (("sample_rate_hz", sample_rate_hz), ("gap_s", gap_s), ("stale_s", stale_s)):
+            if value is not None and not (math.isfinite(value) and value > 0.0):
+                raise ValueError(f"{name} = {value!r}: want a positive, finite number")
+        self.rate_hz = sample_rate_hz
+        self.drops: Counter[str] = Counter()
+        self._gap_s = gap_s
+        # the longest look back: from the newest command to the start of the period before the older of two reports
+        self._command = HeldCommand(stale_s, keep_s=gap_s + stale_s + 1.0 / (sample_rate_hz or RATES_HZ[0]))
+        self._learner = RateLearner()
+        self._speed: _Point | None = None
+        self._voltage = _Held()
+        self._current = _Held()
+        self._last_index: int | None = None
+
+    def command(self, time_s: float, fraction: float) -> None:
+        """Takes a command, -1.0 to 1.0, that holds from `time_s` on."""
+        if not (_is_time(time_s) and math.isfinite(fraction)):
+            self.drops["command not finite"] += 1
+        elif not self._command.append(time_s, fraction):
+            self.drops["command time ran backwards"] += 1
+
+    def report(
+        self,
+        time_s: float,
+        speed_rpm: float | None,
+        voltage_v: float | None = None,
+        current_a: float | None = None,
+    ) -> list[ThrusterSample]:
+        """Takes a report; gives out the samples that it completes, oldest first, at most `gap_s * rate_hz` + 1."""
+        samples: list[ThrusterSample] = []
+        if not _is_time(time_s):
+            self.drops["report not finite"] += 1
+            return samples
+        if speed_rpm is not None:
+            samples = self._take_speed(time_s, speed_rpm)
+        self._voltage.take(time_s, voltage_v)
+        self._current.take(time_s, current_a)
+        return samples
+
+    def _take_speed(self, time_s: float, speed_rpm: float) -> list[ThrusterSample]:
+        if not math.isfinite(speed_rpm):
+            self.drops["report not finite"] += 1
+            return []
+        before, now = self._speed, _Point(time_s, speed_rpm)
+        if before is not None and time_s <= before.time_s:
+            self.drops["report time ran backwards"] += 1
+            return []
+        self._speed = now
+        if before is None or time_s - before.time_s > self._gap_s:
+            return []
+        if self.rate_hz is None:
+            self.rate_hz = self._learner.update(time_s - before.time_s)
+            return []
+        return list(self._samples_between(before, now, self.rate_hz))
+
+    def _samples_between(self, before: _Point, now: _Point, rate_hz: float) -> Iterator[ThrusterSample]:
+        first = math.floor(before.time_s * rate_hz) + 1
+        if self._last_index is not None:
+            first = max(first, self._last_index + 1)
+        for index in range(first, math.floor(now.time_s * rate_hz) + 1):
+            self._last_index = index
+            time_s = index / rate_hz
+            command = self._command.mean((index - 1) / rate_hz, time_s)
+            self._command.forget_before(time_s)
+            if command is not None:
+                yield self._sample(time_s, command, before, now)
+
+    def _sample(self, time_s: float, command: float, before: _Point, now: _Point) -> ThrusterSample:
+        share = (time_s - before.time_s) / (now.time_s - before.time_s)
+        speed_rpm = before.value + (now.value - before.value) * min(max(share, 0.0), 1.0)
+        return ThrusterSample(time_s, command, speed_rpm, self._voltage.at(time_s), self._current.at(time_s))
