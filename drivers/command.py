@@ -47,8 +47,8 @@ class CommandScale:
             value: in the unit of the wire.
 
         Returns:
-            -1.0..1.0, exactly 0.0 within the dead band; None where the value is not finite, or out of the range by more
-            than 5 % of its span, which no command is.
+            -1.0..1.0, exactly 0.0 within the dead band; None where the value is not finite, or out of the range by
+            more than 5 % of its span, which no command is.
         """
         overshoot = MAX_OVERSHOOT * (self.maximum - self.minimum)
         if not self.minimum - overshoot <= value <= self.maximum + overshoot:  # also false for NaN

@@ -1,0 +1,184 @@
+"""DroneCAN transfers: payloads cut into CAN frames, and put together again frame by frame.
+
+Source: DroneCAN specification, part 4 "CAN bus transport layer". Only message broadcasts on classic CAN: services and
+CAN FD carry nothing that the gateway reads.
+"""
+
+from __future__ import annotations
+
+from binascii import crc_hqx
+from collections import Counter
+from dataclasses import dataclass
+
+from drivers.can.frame import CLASSIC_DATA_BYTES, CanFilter, CanFrame
+
+START_OF_TRANSFER = 0x80
+END_OF_TRANSFER = 0x40
+TOGGLE = 0x20
+TRANSFER_ID_MASK = 0x1F
+SOURCE_MASK = 0x7F
+MESSAGE_MASK = 0x00FF_FF80  # data type, and the bit that tells a service from a message
+# A node that was silent this long may use any transfer id, and a transfer left open this long is lost.
+TRANSFER_TIMEOUT_S = 2.0
+CRC_BYTES = 2
+NODE_ID_MAX = 127
+
+
+@dataclass(frozen=True, slots=True)
+class DataType:
+    """A DroneCAN message type.
+
+    Attributes:
+        identifier: data type id, 16 bits.
+        signature: data type signature, 64 bits; it seeds the CRC of multi-frame transfers.
+        payload_max: bytes of the longest payload.
+    """
+
+    identifier: int
+    signature: int
+    payload_max: int
+
+    @property
+    def key(self) -> int:
+        """What `frame.identifier & MESSAGE_MASK` is for a message of this type."""
+        return self.identifier << 8
+
+    def filter(self) -> CanFilter:
+        """Frames of this type from any node, at any priority."""
+        return CanFilter(self.key, MESSAGE_MASK, extended=True)
+
+    def crc(self, payload: bytes) -> int:
+        """CRC-16-CCITT-FALSE over the signature, least significant byte first, and the payload."""
+        return crc_hqx(payload, crc_hqx(self.signature.to_bytes(8, "little"), 0xFFFF))
+
+
+def split(
+    data_type: DataType, payload: bytes, *, source_node: int, transfer_id: int, priority: int, time_s: float
+) -> list[CanFrame]:
+    """Cut a payload into the frames of one transfer.
+
+    Args:
+        data_type: type of the message.
+        payload: serialised message.
+        source_node: 1..127.
+        transfer_id: counts up from transfer to transfer of one type; its lowest 5 bits are sent.
+        priority: 0 (first on the bus) .. 31.
+        time_s: stamp of the frames.
+
+    Raises:
+        ValueError: node or priority out of range.
+    """
+    if not 1 <= source_node <= NODE_ID_MAX:
+        raise ValueError(f"source_node must lie in 1..{NODE_ID_MAX}, got {source_node}")
+    if not 0 <= priority <= 31:
+        raise ValueError(f"priority must lie in 0..31, got {priority}")
+    step = CLASSIC_DATA_BYTES - 1
+    if len(payload) > step:
+        payload = data_type.crc(payload).to_bytes(CRC_BYTES, "little") + payload
+    chunks = [payload[i : i + step] for i in range(0, len(payload), step)] or [b""]
+    identifier = priority << 24 | data_type.key | source_node
+    return [
+        CanFrame(time_s, identifier, chunk + bytes([_tail(i, len(chunks), transfer_id)]))
+        for i, chunk in enumerate(chunks)
+    ]
+
+
+def _tail(index: int, count: int, transfer_id: int) -> int:
+    start = START_OF_TRANSFER if index == 0 else 0
+    end = END_OF_TRANSFER if index == count - 1 else 0
+    toggle = TOGGLE if index % 2 else 0
+    return start | end | toggle | transfer_id & TRANSFER_ID_MASK
+
+
+class TransferReceiver:
+    """Puts together the transfers of one data type from one node, so that a lost frame costs that node one transfer.
+
+    Args:
+        data_type: type of the messages.
+        drops: counts dropped frames by cause; frames that come after a bad one count under the cause of that one.
+    """
+
+    __slots__ = ("_data_type", "_done_id", "_done_s", "_drops", "_last", "_parts", "_size", "_start_s", "_why_closed")
+
+    def __init__(self, data_type: DataType, drops: Counter[str]) -> None:
+        self._data_type = data_type
+        self._drops = drops
+        self._parts: list[bytes] = []  # of the open transfer; empty: none is open
+        self._size = 0
+        self._last = b""  # last frame taken
+        self._start_s = 0.0
+        self._done_id = -1
+        self._done_s = 0.0
+        self._why_closed = "missing start"
+
+    def accept(self, frame: CanFrame) -> bytes | None:
+        """Take the next frame; the payload if it completes a transfer."""
+        data = frame.data
+        if not data:
+            self._drops["empty frame"] += 1
+            return None
+        tail = data[-1]
+        starts = tail & START_OF_TRANSFER
+        if data == self._last and (self._parts or not starts):  # CAN may deliver a frame twice; it never means two
+            self._drops["repeated frame"] += 1
+            return None
+        cause = self._begin(tail, frame.time_s) if starts else self._check(tail, frame.time_s)
+        if cause:
+            self._close(cause)
+            return None
+        return self._take(data, frame.time_s)
+
+    def _begin(self, tail: int, time_s: float) -> str:
+        """Open a transfer; the cause if it must not be."""
+        if self._parts:
+            self._close("unfinished transfer")
+        if tail & TOGGLE:
+            return "toggle"
+        if tail & TRANSFER_ID_MASK == self._done_id and abs(time_s - self._done_s) < TRANSFER_TIMEOUT_S:
+            return "repeated transfer"
+        self._start_s = time_s
+        self._size = 0
+        return ""
+
+    def _check(self, tail: int, time_s: float) -> str:
+        """The cause why this frame does not go on with the open transfer."""
+        if not self._parts:
+            return self._why_closed
+        changed = tail ^ self._last[-1]
+        if changed & TRANSFER_ID_MASK:
+            return "transfer id"
+        if not changed & TOGGLE:
+            return "toggle"
+        if not 0.0 <= time_s - self._start_s < TRANSFER_TIMEOUT_S:
+            return "timed out"
+        return ""
+
+    def _take(self, data: bytes, time_s: float) -> bytes | None:
+        self._parts.append(data[:-1])
+        self._size += len(data) - 1
+        self._last = data
+        if self._size > self._data_type.payload_max + CRC_BYTES:
+            self._close("wrong length")
+        elif data[-1] & END_OF_TRANSFER:
+            return self._finish(time_s)
+        elif len(data) < CLASSIC_DATA_BYTES:
+            self._close("wrong length")
+        return None
+
+    def _finish(self, time_s: float) -> bytes | None:
+        payload = b"".join(self._parts)
+        if len(self._parts) > 1:
+            received, payload = payload[:CRC_BYTES], payload[CRC_BYTES:]
+            if self._data_type.crc(payload).to_bytes(CRC_BYTES, "little") != received:
+                self._close("CRC")
+                return None
+        self._parts.clear()
+        self._why_closed = "missing start"
+        self._done_id = self._last[-1] & TRANSFER_ID_MASK
+        self._done_s = time_s
+        return payload
+
+    def _close(self, cause: str) -> None:
+        self._drops[cause] += 1
+        self._why_closed = cause
+        self._parts.clear()
