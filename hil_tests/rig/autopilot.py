@@ -1,0 +1,264 @@
+"""An autopilot on the other end of the gateway's MAVLink link.
+
+It sends telemetry, answers commands, and notes with its time everything that arrives. It is a client of the gateway's
+UDP server, as an ArduSub's router is of a companion's: it sends first, and answers whoever sent last.
+"""
+
+from __future__ import annotations
+
+import socket
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from math import degrees, inf
+from typing import Any
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from hil_tests.rig.ardusub import Answer, ArduSub, Result
+from hil_tests.rig.vehicle import Motion
+
+ORIGIN_LATITUDE_DEG, ORIGIN_LONGITUDE_DEG = 63.4600, 10.3800
+METRES_PER_DEGREE = 111_320.0
+LONGITUDE_SHRINK = 0.4469  # cosine of the origin's latitude
+NEUTRAL_US, HALF_RANGE_US = 1500, 400
+# What ArduSub sends unasked, in seconds between two.
+DEFAULT_INTERVALS_S = {
+    mavlink.MAVLINK_MSG_ID_HEARTBEAT: 1.0,
+    mavlink.MAVLINK_MSG_ID_ATTITUDE: 0.1,
+    mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: 1.0 / 3.0,
+    mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: inf,
+    mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW: 0.5,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class ReceivedText:
+    """A STATUSTEXT as it arrived at the autopilot."""
+
+    time_s: float
+    component_id: int
+    severity: int
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class ReceivedHeartbeat:
+    """A HEARTBEAT of a companion as it arrived at the autopilot."""
+
+    time_s: float
+    component_id: int
+    vehicle_type: int
+    system_status: int
+
+
+@dataclass(frozen=True, slots=True)
+class ReceivedCommand:
+    """A COMMAND_LONG as it arrived at the autopilot, and the result it was answered with."""
+
+    time_s: float
+    component_id: int
+    command: int
+    parameters: tuple[float, ...]
+    result: Result
+
+
+@dataclass(frozen=True, slots=True)
+class Telemetry:
+    """What the autopilot knows of the vehicle at one instant."""
+
+    boot_s: float
+    motion: Motion
+    commands: Sequence[float]
+
+
+@dataclass(slots=True)
+class Notes:
+    """Everything that was received, in order of arrival."""
+
+    texts: list[ReceivedText] = field(default_factory=list)
+    heartbeats: list[ReceivedHeartbeat] = field(default_factory=list)
+    commands: list[ReceivedCommand] = field(default_factory=list)
+    counts: Counter[str] = field(default_factory=Counter)
+
+
+class _Datagrams:
+    """The `file` that pymavlink's encoder writes to: one message, one datagram."""
+
+    def __init__(self, link: socket.socket, address: tuple[str, int]) -> None:
+        self.link, self.address = link, address
+
+    def write(self, data: bytes) -> None:
+        try:
+            self.link.sendto(data, self.address)
+        except ConnectionRefusedError:
+            return  # nobody listens yet: UDP's way of saying so, about an earlier datagram
+
+
+class AutopilotPeer:
+    """ArduSub's MAVLink face.
+
+    Args:
+        gateway: host and port that the gateway listens on.
+        ardusub: whose modes and answers these are.
+        system_id: of the vehicle.
+
+    Attributes:
+        notes: all that came in.
+    """
+
+    def __init__(self, gateway: tuple[str, int], ardusub: ArduSub, system_id: int = 1) -> None:
+        self._link = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._link.bind((gateway[0], 0))
+        self._link.setblocking(False)
+        self._datagrams = _Datagrams(self._link, gateway)
+        self._ardusub = ardusub
+        self._system_id = system_id
+        self._mavlink = mavlink.MAVLink(self._datagrams, srcSystem=system_id, srcComponent=1)
+        self._mavlink.robust_parsing = True
+        self._interval_s: dict[int, float] = {}
+        self._next_s: dict[int, float] = {}
+        for message_id, interval_s in DEFAULT_INTERVALS_S.items():
+            self._schedule(message_id, interval_s)
+        self._telemetry = Telemetry(0.0, Motion(), ())
+        self.notes = Notes()
+
+    def close(self) -> None:
+        """Close the socket."""
+        self._link.close()
+
+    def exchange(self, time_s: float, telemetry: Telemetry) -> None:
+        """Take in and answer what has arrived by now, then send what is due; never waits."""
+        self._telemetry = telemetry
+        for message in self._arrived():
+            self._take(time_s, message)
+        for message_id, interval_s in self._interval_s.items():
+            if time_s >= self._next_s[message_id]:
+                self._next_s[message_id] = max(self._next_s[message_id], time_s - interval_s) + interval_s
+                self._mavlink.send(self._compose(message_id))
+
+    def _schedule(self, message_id: int, interval_s: float) -> None:
+        self._interval_s[message_id] = interval_s
+        self._next_s[message_id] = -inf if interval_s < inf else inf
+
+    def _arrived(self) -> list[Any]:
+        messages: list[Any] = []
+        while True:
+            try:
+                data, self._datagrams.address = self._link.recvfrom(4096)
+            except (BlockingIOError, ConnectionRefusedError):
+                return messages
+            messages.extend(self._mavlink.parse_buffer(data) or [])
+
+    def _take(self, time_s: float, message: Any) -> None:
+        kind = message.get_type()
+        self.notes.counts[kind] += 1
+        component_id = message.get_srcComponent()
+        if kind == "STATUSTEXT":
+            self.notes.texts.append(ReceivedText(time_s, component_id, message.severity, message.text))
+        elif kind == "HEARTBEAT":
+            heartbeat = ReceivedHeartbeat(time_s, component_id, message.type, message.system_status)
+            self.notes.heartbeats.append(heartbeat)
+        elif kind == "COMMAND_LONG" and self._is_for_us(message):
+            self._obey(time_s, message)
+
+    def _is_for_us(self, message: Any) -> bool:
+        return message.target_system in {0, self._system_id} and message.target_component in {0, 1}
+
+    def _obey(self, time_s: float, message: Any) -> None:
+        parameters = tuple(float(getattr(message, f"param{number}")) for number in range(1, 8))
+        answer = self._answer(message.command, parameters)
+        sender = message.get_srcSystem(), message.get_srcComponent()
+        self.notes.commands.append(ReceivedCommand(time_s, sender[1], message.command, parameters, answer.result))
+        self._mavlink.send(
+            mavlink.MAVLink_command_ack_message(
+                message.command, answer.result, target_system=sender[0], target_component=sender[1]
+            )
+        )
+        if answer.text:
+            self._mavlink.statustext_send(mavlink.MAV_SEVERITY_WARNING, answer.text.encode())
+
+    def _answer(self, command: int, parameters: tuple[float, ...]) -> Answer:
+        if command == mavlink.MAV_CMD_SET_MESSAGE_INTERVAL:
+            return self._set_interval(int(parameters[0]), parameters[1])
+        if command == mavlink.MAV_CMD_REQUEST_MESSAGE:
+            return self._request(int(parameters[0]))
+        return self._ardusub.answer(command, parameters)
+
+    def _set_interval(self, message_id: int, interval_us: float) -> Answer:
+        """-1 stops a stream, 0 gives it its default rate back; what this autopilot never sends is denied."""
+        if message_id not in DEFAULT_INTERVALS_S:
+            return Answer(Result.DENIED)
+        special_s = {-1.0: inf, 0.0: DEFAULT_INTERVALS_S[message_id]}
+        self._schedule(message_id, special_s.get(interval_us, interval_us * 1e-6))
+        return Answer(Result.ACCEPTED)
+
+    def _request(self, message_id: int) -> Answer:
+        if message_id not in COMPOSERS:
+            return Answer(Result.FAILED)
+        self._mavlink.send(self._compose(message_id))
+        return Answer(Result.ACCEPTED)
+
+    def _compose(self, message_id: int) -> Any:
+        return COMPOSERS[message_id](self._telemetry, self._ardusub)
+
+
+def _heartbeat(_: Telemetry, ardusub: ArduSub) -> Any:
+    base_mode = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | mavlink.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED
+    if ardusub.armed:
+        base_mode |= mavlink.MAV_MODE_FLAG_SAFETY_ARMED
+    status = mavlink.MAV_STATE_ACTIVE if ardusub.armed else mavlink.MAV_STATE_STANDBY
+    return mavlink.MAVLink_heartbeat_message(
+        mavlink.MAV_TYPE_SUBMARINE, mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, base_mode, ardusub.mode, status, 3
+    )
+
+
+def _attitude(now: Telemetry, _: ArduSub) -> Any:
+    motion = now.motion
+    return mavlink.MAVLink_attitude_message(_boot_ms(now), 0.0, 0.0, motion.yaw_rad, 0.0, 0.0, motion.yaw_rate_radps)
+
+
+def _global_position(now: Telemetry, _: ArduSub) -> Any:
+    motion = now.motion
+    latitude_deg = ORIGIN_LATITUDE_DEG + motion.north_m / METRES_PER_DEGREE
+    longitude_deg = ORIGIN_LONGITUDE_DEG + motion.east_m / (METRES_PER_DEGREE * LONGITUDE_SHRINK)
+    altitude_mm = round(-1e3 * motion.down_m)
+    velocity_cmps = [round(1e2 * velocity) for velocity in motion.velocity_ned_mps()]
+    return mavlink.MAVLink_global_position_int_message(
+        _boot_ms(now), round(1e7 * latitude_deg), round(1e7 * longitude_deg), altitude_mm, altitude_mm,
+        *velocity_cmps, round(100.0 * degrees(motion.yaw_rad)) % 36000,
+    )  # fmt: skip
+
+
+def _local_position(now: Telemetry, _: ArduSub) -> Any:
+    motion = now.motion
+    place = motion.north_m, motion.east_m, motion.down_m
+    return mavlink.MAVLink_local_position_ned_message(_boot_ms(now), *place, *motion.velocity_ned_mps())
+
+
+def _servo_output(now: Telemetry, _: ArduSub) -> Any:
+    pulses_us = [round(NEUTRAL_US + HALF_RANGE_US * command) for command in now.commands]
+    first_eight = (pulses_us + [0] * 8)[:8]  # 0: channel not in use
+    return mavlink.MAVLink_servo_output_raw_message(_boot_ms(now) * 1000 % 2**32, 0, *first_eight)
+
+
+def _version(_: Telemetry, __: ArduSub) -> Any:
+    capabilities = mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2 | mavlink.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
+    release = 4 << 24 | 7 << 16
+    return mavlink.MAVLink_autopilot_version_message(
+        capabilities, release, 0, 0, 0, [0] * 8, [0] * 8, [0] * 8, 0, 0, 0
+    )
+
+
+def _boot_ms(now: Telemetry) -> int:
+    return round(1e3 * now.boot_s)
+
+
+COMPOSERS: dict[int, Callable[[Telemetry, ArduSub], Any]] = {
+    mavlink.MAVLINK_MSG_ID_HEARTBEAT: _heartbeat,
+    mavlink.MAVLINK_MSG_ID_ATTITUDE: _attitude,
+    mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: _global_position,
+    mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: _local_position,
+    mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW: _servo_output,
+    mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION: _version,
+}

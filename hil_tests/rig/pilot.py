@@ -1,0 +1,101 @@
+"""A pilot's hands on the sticks: holds, ramps and swings on all four axes, the same for the same seed."""
+
+from __future__ import annotations
+
+from dataclasses import astuple, dataclass
+from enum import Enum, auto
+from math import pi, sin
+
+import numpy as np
+
+SHORTEST_GESTURE_S = 0.8
+LONGEST_GESTURE_S = 2.6
+STICK_TRAVEL_S = 0.25  # a hand needs this long from one position to the next
+
+
+@dataclass(frozen=True, slots=True)
+class Sticks:
+    """Pilot input, each -1 to 1: forward, right, down, clockwise seen from above."""
+
+    forward: float = 0.0
+    right: float = 0.0
+    down: float = 0.0
+    yaw: float = 0.0
+
+
+class Gesture(Enum):
+    """What a hand does for a second or two."""
+
+    HOLD = auto()
+    RAMP = auto()
+    SWING = auto()
+
+
+@dataclass(frozen=True, slots=True)
+class _Movement:
+    """One gesture on one stick, from `start_s` on."""
+
+    gesture: Gesture
+    start_s: float
+    end_s: float
+    begins_at: float
+    leads_to: float
+
+    def position(self, time_s: float) -> float:
+        since_s = time_s - self.start_s
+        if self.gesture is Gesture.SWING:
+            middle = self.begins_at
+            return middle + (self.leads_to - middle) * sin(2.0 * pi * since_s / (self.end_s - self.start_s))
+        travel_s = STICK_TRAVEL_S if self.gesture is Gesture.HOLD else self.end_s - self.start_s
+        share = min(since_s / travel_s, 1.0)
+        return self.begins_at + (self.leads_to - self.begins_at) * share
+
+
+class StickHand:
+    """One stick: gesture follows gesture, without a jump.
+
+    Args:
+        seed: what the hand does.
+        gain: how far it moves the stick at most (a pilot's gain setting), 0 to 1.
+        start_s: when it begins, from rest.
+    """
+
+    def __init__(self, seed: np.random.SeedSequence, gain: float, start_s: float = 0.0) -> None:
+        self._random = np.random.default_rng(seed)
+        self._gain = gain
+        self._movement = self._next(start_s, 0.0)
+
+    def position(self, time_s: float) -> float:
+        """Where the stick is; `time_s` must not go back."""
+        while time_s >= self._movement.end_s:
+            end_s = self._movement.end_s
+            self._movement = self._next(end_s, self._movement.position(end_s))
+        return self._movement.position(time_s)
+
+    def _next(self, start_s: float, begins_at: float) -> _Movement:
+        gesture = Gesture(int(self._random.integers(1, len(Gesture) + 1)))
+        length_s = float(self._random.uniform(SHORTEST_GESTURE_S, LONGEST_GESTURE_S))
+        leads_to = self._gain * float(self._random.uniform(-1.0, 1.0))
+        return _Movement(gesture, start_s, start_s + length_s, begins_at, leads_to)
+
+
+class Pilot:
+    """All four sticks, lively enough that every thruster sees most of its range within some seconds.
+
+    Args:
+        seed: what the pilot does.
+        gain: how far the sticks move at most, 0 to 1.
+
+    Raises:
+        ValueError: `gain` is not within 0 to 1.
+    """
+
+    def __init__(self, seed: int, gain: float = 0.5) -> None:
+        if not 0.0 <= gain <= 1.0:
+            raise ValueError(f"gain = {gain}: want 0 to 1")
+        axes = np.random.SeedSequence(seed).spawn(len(astuple(Sticks())))
+        self._hands = [StickHand(axis, gain) for axis in axes]
+
+    def sticks(self, time_s: float) -> Sticks:
+        """Where the sticks are; `time_s` must not go back."""
+        return Sticks(*(hand.position(time_s) for hand in self._hands))

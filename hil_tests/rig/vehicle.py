@@ -1,0 +1,185 @@
+"""A simulated vehicle like a BlueROV2 Heavy: eight thrusters on one battery, and a hull that they push about.
+
+The hull moves in the plane and in depth (surge, sway, heave, yaw); roll and pitch are held level by buoyancy and left
+out. That is enough for what a gateway sees of a vehicle: its commands, its thrusters, its attitude and position.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import cos, pi, sin
+
+from hil_tests.rig.faults import InjectedFault
+from hil_tests.rig.pilot import Sticks
+from hil_tests.rig.thruster import T200, SimulatedThruster, ThrusterParameters
+
+# Share of each demand (forward, right, down, yaw) that goes to each thruster. Order and signs of forward, lateral and
+# yaw as in ArduSub's frame "vectored 6DOF" (AP_Motors6DOF.cpp); the vertical ones push down when they turn ahead.
+MIXER: tuple[tuple[float, float, float, float], ...] = (
+    (-1.0, 1.0, 0.0, 1.0),
+    (-1.0, -1.0, 0.0, -1.0),
+    (1.0, 1.0, 0.0, -1.0),
+    (1.0, -1.0, 0.0, 1.0),
+    (0.0, 0.0, 1.0, 0.0),
+    (0.0, 0.0, 1.0, 0.0),
+    (0.0, 0.0, 1.0, 0.0),
+    (0.0, 0.0, 1.0, 0.0),
+)
+THRUSTERS = len(MIXER)
+HALF_SQRT2 = 0.5**0.5  # the horizontal thrusters stand at 45 degrees
+YAW_ARM_M = 0.19  # lever arm of a horizontal thruster about the vertical axis
+
+
+def mix(demand: Sticks) -> list[float]:
+    """Thruster commands, -1 to 1 each, for a demand; scaled down together where one would exceed full command."""
+    axes = (demand.forward, demand.right, demand.down, demand.yaw)
+    raw = [sum(share * axis for share, axis in zip(row, axes, strict=True)) for row in MIXER]
+    largest = max(1.0, *(abs(command) for command in raw))
+    return [command / largest for command in raw]
+
+
+@dataclass(frozen=True, slots=True)
+class BatteryParameters:
+    """The 4-cell lithium-ion battery of a BlueROV2, 14.8 V nominal, 18 Ah (maker's data). The resistance, with wiring
+    and power module, is assumed: a sag of 1.5 V at 60 A."""
+
+    full_v: float = 16.6
+    empty_v: float = 12.0
+    capacity_ah: float = 18.0
+    resistance_ohm: float = 0.025
+
+
+class Battery:
+    """Voltage that falls with the load at once, and with the charge drawn over time."""
+
+    def __init__(self, parameters: BatteryParameters | None = None) -> None:
+        self._parameters = parameters or BatteryParameters()
+        self._drawn_ah = 0.0
+        self.voltage_v = self._parameters.full_v
+
+    def step(self, current_a: float, period_s: float) -> float:
+        """Draw a current for a while; returns the terminal voltage."""
+        parameters = self._parameters
+        self._drawn_ah = min(self._drawn_ah + current_a * period_s / 3600.0, parameters.capacity_ah)
+        drawn_share = self._drawn_ah / parameters.capacity_ah
+        open_circuit_v = parameters.full_v + (parameters.empty_v - parameters.full_v) * drawn_share
+        self.voltage_v = max(open_circuit_v - parameters.resistance_ohm * current_a, 0.0)
+        return self.voltage_v
+
+
+@dataclass(frozen=True, slots=True)
+class HullParameters:
+    """Hull of a BlueROV2 Heavy along surge, sway, heave (kg, N s/m, N s2/m2) and yaw (kg m2, N m s, N m s2).
+
+    Source: C. J. Wu, 6-DoF Modelling and Control of a Remotely Operated Vehicle, Flinders University 2018, chapter 4.
+    """
+
+    inertia: tuple[float, float, float, float] = (11.5, 11.5, 11.5, 0.16)
+    added: tuple[float, float, float, float] = (5.5, 12.7, 14.57, 0.12)
+    linear_damping: tuple[float, float, float, float] = (4.03, 6.22, 5.18, 0.07)
+    quadratic_damping: tuple[float, float, float, float] = (18.18, 21.66, 36.99, 1.55)
+    buoyancy_n: float = 2.0  # an ROV is ballasted to float up slowly
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """Where the vehicle is: position north, east, down and velocity forward, right, down, yaw rate."""
+
+    north_m: float = 0.0
+    east_m: float = 0.0
+    down_m: float = 5.0
+    yaw_rad: float = 0.0
+    forward_mps: float = 0.0
+    right_mps: float = 0.0
+    down_mps: float = 0.0
+    yaw_rate_radps: float = 0.0
+
+    def velocity_ned_mps(self) -> tuple[float, float, float]:
+        """Velocity north, east, down."""
+        cosine, sine = cos(self.yaw_rad), sin(self.yaw_rad)
+        north = cosine * self.forward_mps - sine * self.right_mps
+        return north, sine * self.forward_mps + cosine * self.right_mps, self.down_mps
+
+
+class Hull:
+    """Moves under the thrusters' forces. Damping is taken implicitly, so that no step is too long for it."""
+
+    def __init__(self, parameters: HullParameters | None = None, motion: Motion | None = None) -> None:
+        self._parameters = parameters or HullParameters()
+        self.motion = motion or Motion()
+
+    def step(self, thrusts_n: Sequence[float], period_s: float) -> Motion:
+        """Advance by one period under one thrust per thruster."""
+        was = self.motion
+        velocities = (was.forward_mps, was.right_mps, was.down_mps, was.yaw_rate_radps)
+        forces = self._forces(thrusts_n, was.down_m)
+        forward, right, down, yaw_rate = (
+            self._velocity(axis, velocity, force, period_s)
+            for axis, (velocity, force) in enumerate(zip(velocities, forces, strict=True))
+        )
+        north_mps, east_mps, _ = was.velocity_ned_mps()
+        self.motion = Motion(
+            north_m=was.north_m + north_mps * period_s,
+            east_m=was.east_m + east_mps * period_s,
+            down_m=max(was.down_m + down * period_s, 0.0),
+            yaw_rad=(was.yaw_rad + yaw_rate * period_s + pi) % (2.0 * pi) - pi,
+            forward_mps=forward,
+            right_mps=right,
+            down_mps=down,
+            yaw_rate_radps=yaw_rate,
+        )
+        return self.motion
+
+    def _forces(self, thrusts_n: Sequence[float], depth_m: float) -> tuple[float, float, float, float]:
+        rows = list(zip(MIXER, thrusts_n, strict=True))
+        forward, right, down, yaw = (sum(row[axis] * thrust for row, thrust in rows) for axis in range(4))
+        buoyancy_n = self._parameters.buoyancy_n if depth_m > 0.0 else 0.0
+        return forward * HALF_SQRT2, right * HALF_SQRT2, down - buoyancy_n, yaw * YAW_ARM_M
+
+    def _velocity(self, axis: int, velocity: float, force: float, period_s: float) -> float:
+        parameters = self._parameters
+        inertia = parameters.inertia[axis] + parameters.added[axis]
+        damping = parameters.linear_damping[axis] + parameters.quadratic_damping[axis] * abs(velocity)
+        return (velocity + period_s * force / inertia) / (1.0 + period_s * damping / inertia)
+
+
+class Vehicle:
+    """Eight thrusters, a battery and a hull, stepped together.
+
+    Args:
+        period_s: time from step to step.
+        seed: of all sensor noise.
+        faults: what happens to which thruster, by its number from 1.
+        parameters: of every thruster.
+
+    Raises:
+        ValueError: a fault names a thruster that is not there.
+    """
+
+    def __init__(
+        self,
+        period_s: float,
+        seed: int,
+        faults: Mapping[int, Sequence[InjectedFault]] | None = None,
+        parameters: ThrusterParameters = T200,
+    ) -> None:
+        by_thruster = dict(faults or {})
+        unknown = sorted(set(by_thruster) - set(range(1, THRUSTERS + 1)))
+        if unknown:
+            raise ValueError(f"faults on thrusters {unknown}: want numbers from 1 to {THRUSTERS}")
+        self._period_s = period_s
+        self.thrusters = [
+            SimulatedThruster(period_s, seed * THRUSTERS + index, parameters, by_thruster.get(index + 1, ()))
+            for index in range(THRUSTERS)
+        ]
+        self.battery = Battery()
+        self.hull = Hull()
+
+    def step(self, time_s: float, commands: Sequence[float]) -> Motion:
+        """Advance by one period with one command of -1 to 1 per thruster."""
+        supply_v = self.battery.voltage_v
+        for thruster, command in zip(self.thrusters, commands, strict=True):
+            thruster.step(time_s, command, supply_v)
+        self.battery.step(sum(thruster.state.supply_a for thruster in self.thrusters), self._period_s)
+        return self.hull.step([thruster.thrust_n for thruster in self.thrusters], self._period_s)
