@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import IntEnum
-from math import cos, sin
+from math import cos, isfinite, sin
 
 from hil_tests.rig.pilot import Sticks
 from hil_tests.rig.vehicle import Motion
@@ -66,6 +66,11 @@ class Answer:
     text: str = ""
 
 
+def whole(parameter: float) -> int:
+    """A parameter that stands for a number of something; 0 where it is none."""
+    return int(parameter) if isfinite(parameter) else 0
+
+
 class ArduSub:
     """Mode and arming state, and the demand that they make of the sticks.
 
@@ -106,10 +111,10 @@ class ArduSub:
         return sticks
 
     def _do_set_mode(self, parameters: tuple[float, ...]) -> Answer:
-        custom_mode_enabled = int(parameters[0]) & 1
+        custom_mode_enabled = whole(parameters[0]) & 1
         if not custom_mode_enabled:
             return Answer(Result.DENIED)
-        number = int(parameters[1])
+        number = whole(parameters[1])
         if number not in set(Mode):
             return Answer(Result.FAILED, f"No such mode {number}")
         return self._change_mode(Mode(number))

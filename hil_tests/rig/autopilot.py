@@ -15,7 +15,7 @@ from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from hil_tests.rig.ardusub import Answer, ArduSub, Result
+from hil_tests.rig.ardusub import Answer, ArduSub, Result, whole
 from hil_tests.rig.vehicle import Motion
 
 ORIGIN_LATITUDE_DEG, ORIGIN_LONGITUDE_DEG = 63.4600, 10.3800
@@ -115,7 +115,6 @@ class AutopilotPeer:
         self._ardusub = ardusub
         self._system_id = system_id
         self._mavlink = mavlink.MAVLink(self._datagrams, srcSystem=system_id, srcComponent=1)
-        self._mavlink.robust_parsing = True
         self._interval_s: dict[int, float] = {}
         self._next_s: dict[int, float] = {}
         for message_id, interval_s in DEFAULT_INTERVALS_S.items():
@@ -148,7 +147,7 @@ class AutopilotPeer:
                 data, self._datagrams.address = self._link.recvfrom(4096)
             except (BlockingIOError, ConnectionRefusedError):
                 return messages
-            messages.extend(self._mavlink.parse_buffer(data) or [])
+            messages.extend(_parse(data))
 
     def _take(self, time_s: float, message: Any) -> None:
         kind = message.get_type()
@@ -180,14 +179,14 @@ class AutopilotPeer:
 
     def _answer(self, command: int, parameters: tuple[float, ...]) -> Answer:
         if command == mavlink.MAV_CMD_SET_MESSAGE_INTERVAL:
-            return self._set_interval(int(parameters[0]), parameters[1])
+            return self._set_interval(whole(parameters[0]), parameters[1])
         if command == mavlink.MAV_CMD_REQUEST_MESSAGE:
-            return self._request(int(parameters[0]))
+            return self._request(whole(parameters[0]))
         return self._ardusub.answer(command, parameters)
 
     def _set_interval(self, message_id: int, interval_us: float) -> Answer:
         """-1 stops a stream, 0 gives it its default rate back; what this autopilot never sends is denied."""
-        if message_id not in DEFAULT_INTERVALS_S:
+        if message_id not in DEFAULT_INTERVALS_S or not (interval_us >= 0.0 or interval_us == -1.0):
             return Answer(Result.DENIED)
         special_s = {-1.0: inf, 0.0: DEFAULT_INTERVALS_S[message_id]}
         self._schedule(message_id, special_s.get(interval_us, interval_us * 1e-6))
@@ -201,6 +200,13 @@ class AutopilotPeer:
 
     def _compose(self, message_id: int) -> Any:
         return COMPOSERS[message_id](self._telemetry, self._ardusub)
+
+
+def _parse(datagram: bytes) -> list[Any]:
+    """Messages of one datagram. A parser of its own: none that is cut short may swallow the next datagram's start."""
+    parser = mavlink.MAVLink(None)
+    parser.robust_parsing = True
+    return parser.parse_buffer(datagram) or []
 
 
 def _heartbeat(_: Telemetry, ardusub: ArduSub) -> Any:

@@ -105,7 +105,7 @@ class NodeStatusClock:
     def message(self, time_s: float) -> Any:
         """NodeStatus of a node in operation."""
         message = NODE_STATUS()
-        message.uptime_sec = int(time_s - (self.started_s or time_s))
+        message.uptime_sec = 0 if self.started_s is None else int(time_s - self.started_s)
         message.mode = message.MODE_OPERATIONAL
         return message
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import astuple, dataclass
 from enum import Enum, auto
-from math import pi, sin
+from math import cos, pi
 
 import numpy as np
 
@@ -42,13 +42,14 @@ class _Movement:
     leads_to: float
 
     def position(self, time_s: float) -> float:
-        since_s = time_s - self.start_s
+        return self.begins_at + (self.leads_to - self.begins_at) * self._way(time_s - self.start_s)
+
+    def _way(self, since_s: float) -> float:
+        """How much of the way is made: a swing goes there and back."""
+        length_s = self.end_s - self.start_s
         if self.gesture is Gesture.SWING:
-            middle = self.begins_at
-            return middle + (self.leads_to - middle) * sin(2.0 * pi * since_s / (self.end_s - self.start_s))
-        travel_s = STICK_TRAVEL_S if self.gesture is Gesture.HOLD else self.end_s - self.start_s
-        share = min(since_s / travel_s, 1.0)
-        return self.begins_at + (self.leads_to - self.begins_at) * share
+            return 0.5 - 0.5 * cos(2.0 * pi * since_s / length_s)
+        return min(since_s / (STICK_TRAVEL_S if self.gesture is Gesture.HOLD else length_s), 1.0)
 
 
 class StickHand:
