@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, isfinite, nan, sqrt
 
 import numpy as np
@@ -20,6 +20,7 @@ from detectors.verdict import Level
 FloatArray = NDArray[np.float64]
 
 THRESHOLD_SIGMAS = 5.0  # automatic threshold, in standard deviations of a prediction
+SENSOR_PRECISION = 1e-3  # no RPM sensor is taken to be finer than this part of the speed
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,12 +28,20 @@ class OnlineModel:
     """One online modelling's result: the curve, and the delay in samples that it is used with.
 
     Attributes:
-        resolution_rpm: smallest step between two speeds that the sensor gave.
+        resolution_rpm: finest that the speed sensor can tell apart.
     """
 
     curve: SpeedCurve
     delay: int
     resolution_rpm: float
+
+    def no_noisier_than(self, other: OnlineModel) -> OnlineModel:
+        """This model with at most the noise of the other: noise belongs to sensor and sea, and a fault adds none.
+
+        For a model learnt from samples of before and after a fault, whose own residuals are the fault itself.
+        """
+        noise_rpm = min(self.curve.noise_rpm, other.curve.noise_rpm)
+        return replace(self, curve=replace(self.curve, noise_rpm=noise_rpm))
 
     def covers(self, command: float) -> bool:
         """Whether the curve is known better at this (delayed) command than from a single measurement of it.
@@ -48,9 +57,8 @@ class OnlineModel:
         Five standard deviations of the measurement less the prediction, which is the noise widened by the leverage of
         a command that the window held little of; never below what the sensor can resolve.
         """
-        return max(
-            THRESHOLD_SIGMAS * self.curve.noise_rpm * sqrt(1.0 + self.curve.leverage(command)), self.resolution_rpm
-        )
+        sigma_rpm = self.curve.noise_rpm * sqrt(1.0 + self.curve.leverage(command))
+        return max(THRESHOLD_SIGMAS * sigma_rpm, self.resolution_rpm)
 
 
 class OnlineModelling:
@@ -229,7 +237,8 @@ class OnlinePolynomial(_Rule):
         forecast = self._judge(sample, self._model) if self._model else None
         if self._model and forecast and forecast.within and forecast.covered and not self._beyond:
             return _report(Level.NORMAL, self._model, forecast, forecast)  # rule (1)
-        self._model = self._modelling.learn()
+        learnt = self._modelling.learn()
+        self._model = learnt.no_noisier_than(self._model) if self._model and self._beyond else learnt
         judged = self._judge(sample, self._model)
         level = self._count(judged, sample.time_s)
         return _report(level, self._model, judged, forecast, refitted=True, fault_since_s=self._since_s)
@@ -284,9 +293,13 @@ def _report(
 
 
 def _resolution_rpm(speed_rpm: FloatArray) -> float:
-    """Smallest step between two different speeds; 0.0 where all are one."""
+    """What the sensor can tell apart: the smallest step between two of its speeds, at least 0.1 % of the greatest.
+
+    A sensor may have given a single speed so far, zero even (then 1 rpm), and is none the finer for it.
+    """
     steps = np.diff(np.unique(speed_rpm))
-    return float(steps.min()) if len(steps) else 0.0
+    smallest = float(steps.min()) if len(steps) else 0.0
+    return max(smallest, SENSOR_PRECISION * float(np.abs(speed_rpm).max())) or 1.0
 
 
 def _check(order_max: int, delay_max: int, window_min: int, window_max: int) -> None:
