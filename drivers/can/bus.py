@@ -1,0 +1,141 @@
+"""A CAN bus that is always wanted: opened, read in batches, and opened again for as long as it takes."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import Counter
+from collections.abc import Callable, Sequence
+from typing import Any, NoReturn
+
+from drivers.can.error_frame import BusCondition, condition
+from drivers.can.frame import CanFilter, CanFrame
+from drivers.can.interface import PortOpener, port_opener
+from drivers.can.port import CanPort, CanPortError
+from drivers.clock import Clock
+from drivers.readings import LinkState
+
+BACK_OFF_FIRST_S = 0.1
+BACK_OFF_MAX_S = 2.0
+
+# What a condition means for the link: (up, detail). Other conditions are counted only.
+_STATES = {
+    BusCondition.BUS_OFF: (False, "bus-off; it restarts by itself only if the interface has a restart-ms"),
+    BusCondition.RESTARTED: (True, ""),
+    BusCondition.ACTIVE: (True, ""),
+    BusCondition.PASSIVE: (True, BusCondition.PASSIVE.value),
+    BusCondition.WARNING: (True, BusCondition.WARNING.value),
+}
+
+OnFrames = Callable[[list[CanFrame]], None]
+OnState = Callable[[LinkState], None]
+
+
+class CanLink:
+    """One CAN bus, read until it is cancelled.
+
+    It only listens: nothing is ever put on the bus but by `send`. An interface that is missing, down, deleted or
+    unplugged is tried again after 0.1 s, 0.2 s, ... 2 s. A controller that went bus-off is brought back by the kernel
+    where the interface has a `restart-ms`, and is reported as down until then.
+
+    Args:
+        name: of the link in the configuration.
+        interface: python-can's name: "socketcan", "virtual", ...
+        channel: its channel, such as "can0".
+        filters: frames that are wanted, for the kernel to discard the rest; none: all frames.
+        clock: stamps frames and states.
+        open_port: how the bus is opened; None: by python-can.
+        options: passed on to python-can, such as `fd=True`.
+
+    Attributes:
+        counters: "frames", "connections", "remote frame", "malformed frame", "receive buffer overflow" (frames that
+            the kernel lost because this program was too slow), "send failed", and error frames by what they said
+            ("bus-off", "error passive", "controller overflow", ...).
+
+    Raises:
+        ValueError: python-can has no such interface.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        interface: str,
+        channel: str,
+        filters: Sequence[CanFilter],
+        clock: Clock,
+        *,
+        open_port: PortOpener | None = None,
+        **options: Any,
+    ) -> None:
+        self.name = name
+        self.counters: Counter[str] = Counter()
+        self._filters = tuple(filters)
+        self._clock = clock
+        self._open_port = open_port or port_opener(interface, channel, **options)
+        self._port: CanPort | None = None
+        self._state: tuple[bool, str] | None = None
+
+    async def run(self, on_frames: OnFrames, on_state: OnState) -> NoReturn:
+        """Read for ever; both callbacks are called in the event loop's thread.
+
+        Args:
+            on_frames: gets every batch of data frames, in the order of the bus.
+            on_state: gets the state whenever it changes, and once after the first attempt to open the bus.
+        """
+        back_off_s = BACK_OFF_FIRST_S
+        while True:
+            received = self.counters["frames"]
+            try:
+                await self._serve(on_frames, on_state)
+            except CanPortError as error:
+                self._report(on_state, False, str(error))
+            finally:
+                self._close()
+            if self.counters["frames"] > received:
+                back_off_s = BACK_OFF_FIRST_S
+            await asyncio.sleep(back_off_s)
+            back_off_s = min(2.0 * back_off_s, BACK_OFF_MAX_S)
+
+    def send(self, frame: CanFrame) -> bool:
+        """Put a frame on the bus; False, and counted, if the bus is not there or does not take it."""
+        try:
+            if self._port is None:
+                raise CanPortError("not connected")
+            self._port.send(frame)
+        except CanPortError:  # whether the bus is gone, the reading side finds out
+            self.counters["send failed"] += 1
+            return False
+        return True
+
+    async def _serve(self, on_frames: OnFrames, on_state: OnState) -> NoReturn:
+        """Open the bus and read it until it fails."""
+        self._port = port = self._open_port(self._filters, self._clock, self.counters)
+        self.counters["connections"] += 1
+        self._report(on_state, True, "")
+        while True:
+            frames = await port.receive()
+            data_frames = [frame for frame in frames if self._is_data(frame, on_state)]
+            if data_frames:
+                self.counters["frames"] += len(data_frames)
+                on_frames(data_frames)
+
+    def _is_data(self, frame: CanFrame, on_state: OnState) -> bool:
+        """True for a data frame; what an error frame says is counted and reported."""
+        if not frame.error:
+            if self._state is not None and not self._state[0]:
+                self._report(on_state, True, "")  # some drivers restart after bus-off without a word
+            return True
+        said = condition(frame)
+        self.counters[said.value] += 1
+        if said in _STATES:
+            self._report(on_state, *_STATES[said])
+        return False
+
+    def _report(self, on_state: OnState, up: bool, detail: str) -> None:
+        if self._state != (up, detail):
+            self._state = up, detail
+            on_state(LinkState(self._clock.now(), self.name, up, detail))
+
+    def _close(self) -> None:
+        if self._port is not None:
+            self._port.close()
+            self._port = None
