@@ -69,6 +69,7 @@ class EmbeddedVehicle:
         self._command_node = CommandNode(self._buses[0])
         self._escs = EscBank(self._buses[1], self.vehicle)
         self._autopilot = AutopilotPeer(gateway, self._ardusub)
+        self._error: Exception | None = None
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="embedded vehicle", daemon=True)
 
@@ -97,13 +98,19 @@ class EmbeddedVehicle:
         self.close()
 
     def close(self) -> None:
-        """Stop the thread if it runs, and let go of bus and socket."""
+        """Stop the thread if it runs, and let go of bus and socket.
+
+        Raises:
+            RuntimeError: the thread had ended before, by an error.
+        """
         self._stop.set()
         if self._thread.is_alive():
             self._thread.join()
         self._autopilot.close()
         for bus in self._buses:
             bus.shutdown()
+        if self._error is not None:
+            raise RuntimeError("the simulated vehicle stopped by itself") from self._error
 
     def advance(self, time_s: float) -> None:
         """Make all steps that are due by `time_s`, and exchange MAVLink messages."""
@@ -132,5 +139,8 @@ class EmbeddedVehicle:
                 self.shown_s.setdefault(number, time_s)
 
     def _run(self) -> None:
-        while not self._stop.wait(STEP_S / 2.0):
-            self.advance(self._now())
+        try:
+            while not self._stop.wait(STEP_S / 2.0):
+                self.advance(self._now())
+        except Exception as error:  # close() raises it, in the thread that can handle it
+            self._error = error

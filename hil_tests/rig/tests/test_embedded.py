@@ -93,3 +93,10 @@ def test_its_thread_keeps_real_time_and_ends(gateway, listener):
     reports = [reading for reading in readings(listener) if isinstance(reading, ThrusterReport)]
     assert 15 * 8 <= len(reports) <= 35 * 8
     assert gateway.recv(4096)  # it has said HEARTBEAT
+
+
+def test_an_error_in_its_thread_is_not_lost(gateway, listener):
+    clock = iter([1000.0, 1000.1])
+    vehicle = embedded(gateway, now=lambda: next(clock))  # a clock that breaks after its second reading
+    with pytest.raises(RuntimeError, match="stopped by itself"), vehicle:
+        time.sleep(0.1)

@@ -1,0 +1,182 @@
+"""What a demonstration shows while it runs: a live table in a terminal, lines of text elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import isfinite
+from typing import Protocol
+
+from rich.console import Console, Group, RenderableType
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+from detectors.verdict import Level
+from hil_tests.demo.record import Happening, Judged, Summary
+
+STYLES = {Level.UNKNOWN: "dim", Level.NORMAL: "green", Level.SUSPECT: "bold yellow", Level.FAULT: "bold white on red"}
+LOG_LINES = 12
+PLAIN_EVERY_S = 5.0
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """Everything that is shown at one instant; times in seconds since the start, except within `judged`.
+
+    Attributes:
+        since_s: time since the start.
+        lasts_s: how long the whole takes.
+        start_s: what `since_s` counts from.
+        mode: the autopilot's mode.
+        voltage_v: of the battery.
+        judged: newest sample and verdict by thruster.
+        happenings: all so far, in order of time.
+    """
+
+    since_s: float
+    lasts_s: float
+    start_s: float
+    mode: str
+    voltage_v: float
+    judged: dict[int, Judged]
+    happenings: Sequence[Happening]
+
+
+class Display(Protocol):
+    """Something that shows views, one after the other, between `__enter__` and `__exit__`."""
+
+    def __enter__(self) -> Display: ...
+
+    def __exit__(self, *ignored: object) -> None: ...
+
+    def show(self, view: View) -> None:
+        """Show this instant."""
+
+
+class LiveDisplay:
+    """A table that is redrawn in place."""
+
+    def __init__(self, console: Console) -> None:
+        self._live = Live(console=console, auto_refresh=False)
+
+    def __enter__(self) -> LiveDisplay:
+        self._live.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._live.stop()
+
+    def show(self, view: View) -> None:
+        """Redraw."""
+        self._live.update(Group(heading(view), thruster_table(view), log(view)), refresh=True)
+
+
+class PlainDisplay:
+    """Lines of text: every happening once, and every few seconds how all thrusters are."""
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+        self._shown: set[Happening] = set()
+        self._next_s = 0.0
+
+    def __enter__(self) -> PlainDisplay:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        return
+
+    def show(self, view: View) -> None:
+        """Print what is new."""
+        for happening in view.happenings:
+            if happening not in self._shown:
+                self._shown.add(happening)
+                self._print(happening.time_s - view.start_s, happening.text)
+        if view.since_s >= self._next_s:
+            self._next_s += PLAIN_EVERY_S
+            self._print(view.since_s, _levels(view))
+
+    def _print(self, since_s: float, text: str) -> None:
+        self._console.print(f"{since_s:7.2f} s  {text}", markup=False, highlight=False, soft_wrap=True)
+
+
+def heading(view: View) -> Text:
+    """Time, mode and battery."""
+    return Text(
+        f"gateway demo  {view.since_s:5.1f} of {view.lasts_s:.0f} s   autopilot in {view.mode}   "
+        f"battery {view.voltage_v:.1f} V",
+        style="bold",
+    )
+
+
+def thruster_table(view: View) -> Table:
+    """One row a thruster."""
+    table = Table(expand=False)
+    table.add_column("thruster", justify="right")
+    for column in ("command", "RPM", "predicted", "residual", "threshold"):
+        table.add_column(column, justify="right", min_width=9)
+    table.add_column("level", min_width=24)
+    for thruster, one in view.judged.items():
+        table.add_row(f"T{thruster}", *_numbers(one), _level(one))
+    return table
+
+
+def log(view: View) -> RenderableType:
+    """The newest happenings, as the autopilot received them."""
+    lines = [Text("at the autopilot:", style="bold")]
+    for happening in view.happenings[-LOG_LINES:]:
+        style = "bold red" if happening.alarm else ""
+        lines.append(Text(f"{happening.time_s - view.start_s:7.2f} s  {happening.text}", style=style))
+    return Group(*lines)
+
+
+def closing_table(summary: Summary, start_s: float) -> Table:
+    """What came of it."""
+    table = Table(title="summary", show_header=False)
+    table.add_column("what", justify="right")
+    table.add_column("value")
+    for what, value in summary_lines(summary, start_s):
+        table.add_row(what, value)
+    return table
+
+
+def summary_lines(summary: Summary, start_s: float) -> list[tuple[str, str]]:
+    """What came of it, in pairs of a name and a value."""
+    name = f"thruster {summary.truth.thruster}"
+    lines = [
+        (f"weeds catch {name}", _at(summary.truth.onset_s, start_s)),
+        ("they show in the RPM", _at(summary.truth.shown_s, start_s)),
+        ("detector says FAULT", _at(summary.verdict_s, start_s)),
+        ("STATUSTEXT at the autopilot", _at(summary.text_s, start_s)),
+        ("failsafe message at the autopilot", _at(summary.command_s, start_s)),
+        ("from RPM to STATUSTEXT", f"{summary.latency_s:.2f} s" if isfinite(summary.latency_s) else "-"),
+        ("false alarms", "; ".join(summary.false_alarms) or "none"),
+    ]
+    lines += [(what, f"{count}") for what, count in summary.counts.items()]
+    lines.append(("processor load of all", f"{100.0 * summary.load:.0f} % of one core"))
+    lines.append(("result", "passed" if summary.passed else "FAILED"))
+    return lines
+
+
+def _at(time_s: float, start_s: float) -> str:
+    return f"at {time_s - start_s:.2f} s" if isfinite(time_s) else "never"
+
+
+def _numbers(one: Judged) -> tuple[str, ...]:
+    verdict = one.verdict
+    predicted, residual, threshold = (
+        f"{value:.0f}" if isfinite(value) else "-"
+        for value in (verdict.predicted_rpm, verdict.residual_rpm, verdict.threshold_rpm)
+    )
+    return f"{100.0 * one.sample.command:+.0f} %", f"{one.sample.speed_rpm:.0f}", predicted, residual, threshold
+
+
+def _level(one: Judged) -> Text:
+    words = [one.verdict.level.name, str(one.verdict.kind), "" if one.verdict.kind else one.verdict.reason]
+    return Text("  ".join(word for word in words if word), style=STYLES[one.verdict.level])
+
+
+def _levels(view: View) -> str:
+    if not view.judged:
+        return "no thruster heard yet"
+    return "  ".join(f"T{thruster} {one.verdict.level.name}" for thruster, one in view.judged.items())
