@@ -105,7 +105,7 @@ class TransferReceiver:
         self._drops = drops
         self._parts: list[bytes] = []  # of the open transfer; empty: none is open
         self._size = 0
-        self._last = b""  # last frame taken
+        self._last = b""  # last frame taken, empty after a drop
         self._start_s = 0.0
         self._done_id = -1
         self._done_s = 0.0
@@ -182,3 +182,4 @@ class TransferReceiver:
         self._drops[cause] += 1
         self._why_closed = cause
         self._parts.clear()
+        self._last = b""
