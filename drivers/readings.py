@@ -63,6 +63,27 @@ class AutopilotHeartbeat:
 
 
 @dataclass(frozen=True, slots=True)
+class AutopilotReboot:
+    """The autopilot's own time since boot went back: it restarted, and forgot what it was asked to stream."""
+
+    time_s: float
+    system_id: int
+
+
+@dataclass(frozen=True, slots=True)
+class AutopilotConflict:
+    """More than one autopilot on one link, and nobody said which is ours: until one is left, none is listened to.
+
+    Attributes:
+        time_s: reception of the HEARTBEAT that made it ambiguous.
+        system_ids: MAVLink system ids of the autopilots heard, ascending.
+    """
+
+    time_s: float
+    system_ids: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class CommandAcknowledgement:
     """COMMAND_ACK: MAV_CMD, MAV_RESULT, and progress in percent while in progress (255 = not said)."""
 
@@ -128,6 +149,8 @@ Reading = (
     ThrusterCommand
     | ThrusterReport
     | AutopilotHeartbeat
+    | AutopilotReboot
+    | AutopilotConflict
     | CommandAcknowledgement
     | Attitude
     | GlobalPosition

@@ -1,0 +1,51 @@
+"""Which autopilot on the link is ours."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+AUTOPILOT_COMPONENT = 1  # MAV_COMP_ID_AUTOPILOT1
+AUTOPILOT_INVALID = 8  # MAV_AUTOPILOT_INVALID: ground stations, cameras, companions
+HEARTBEAT_LOST_S = 5.0  # heartbeats come once a second
+
+
+class AutopilotChoice:
+    """Finds the one autopilot on a link, or refuses to guess.
+
+    Without a configured system id the first autopilot whose HEARTBEAT is heard is taken, as long as it is the only
+    one: while two systems beat, none is listened to, for judging one vehicle by the other's thrusters would be worse
+    than silence. When all but one have been silent for 5 s, that one is taken.
+
+    Args:
+        configured: MAVLink system id from the configuration; None: find it.
+        drops: counted here: "other autopilot" heartbeats.
+
+    Raises:
+        ValueError: `configured` is not in 1..254.
+    """
+
+    def __init__(self, configured: int | None, drops: Counter[str]) -> None:
+        if configured is not None and not 1 <= configured <= 254:
+            raise ValueError(f"autopilot_system must lie in 1..254, got {configured}")
+        self._configured = configured
+        self._drops = drops
+        self._heard_s: dict[int, float] = {}
+        self.system_id: int | None = configured
+
+    @property
+    def rivals(self) -> tuple[int, ...]:
+        """System ids of all autopilots heard of late, ascending; more than one where there is a conflict."""
+        return tuple(sorted(self._heard_s))
+
+    def heartbeat(self, system_id: int, time_s: float) -> None:
+        """Take the HEARTBEAT of an autopilot and choose anew: `system_id` is None while there is a conflict."""
+        if self._configured is not None:
+            if system_id != self._configured:
+                self._drops["other autopilot"] += 1
+            return
+        self._heard_s[system_id] = time_s
+        self._heard_s = {system: at_s for system, at_s in self._heard_s.items() if time_s - at_s <= HEARTBEAT_LOST_S}
+        alone = len(self._heard_s) == 1
+        if not alone:
+            self._drops["other autopilot"] += 1
+        self.system_id = system_id if alone else None

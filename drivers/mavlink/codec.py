@@ -1,0 +1,183 @@
+"""MAVLink bytes to readings, and the gateway's messages to MAVLink bytes."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
+
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from drivers.mavlink import formats
+from drivers.mavlink.autopilot import AUTOPILOT_COMPONENT, AUTOPILOT_INVALID, AutopilotChoice
+from drivers.mavlink.formats import ESC_TELEMETRY, MessageFormat
+from drivers.mavlink.frames import FrameScanner, Packet
+from drivers.mavlink.messages import CommandLong, CompanionHeartbeat, OutgoingMessage, StatusText
+from drivers.mavlink.thrusters import ESCS_PER_MESSAGE, MavlinkThruster, ThrusterTelemetry
+from drivers.mavlink.vehicle import VehicleTelemetry, heartbeat
+from drivers.readings import AutopilotConflict, Reading
+
+__all__ = ["MavlinkDecoder", "MavlinkEncoder", "MavlinkThruster"]
+
+COMPANION_COMPONENT = 192  # MAV_COMP_ID_ONBOARD_COMPUTER2
+
+Handler = tuple[MessageFormat, Callable[[tuple[Any, ...], float], list[Reading]]]
+
+
+class MavlinkEncoder:
+    """Outgoing messages to MAVLink 2 frames, numbered in sequence.
+
+    Args:
+        system_id: the vehicle's, 1..254. Never 255: ArduSub would take us for its ground station, and its failsafe
+            for a lost ground station would never come.
+        component_id: ours, 2..255; 1 is the autopilot itself.
+
+    Raises:
+        ValueError: an id out of these bounds.
+    """
+
+    def __init__(self, system_id: int, component_id: int = COMPANION_COMPONENT) -> None:
+        if not 1 <= system_id <= 254:
+            raise ValueError(f"system_id must be the vehicle's, 1..254, got {system_id}")
+        _check_component(component_id)
+        self._link = dialect.MAVLink(None, srcSystem=system_id, srcComponent=component_id)
+
+    def encode(self, message: OutgoingMessage) -> bytes:
+        """One frame; each call takes the next sequence number.
+
+        Raises:
+            ValueError: not one of the messages that the gateway sends.
+        """
+        frame: bytes = _generated(message).pack(self._link)
+        self._link.seq = (self._link.seq + 1) % 256
+        return frame
+
+
+class MavlinkDecoder:
+    """A stream of MAVLink 1 and 2 from a vehicle to readings: what its autopilot says, and nobody else.
+
+    No byte makes it raise. Signed frames are taken like any other: their signature is not checked.
+
+    Args:
+        thrusters: where commands and speeds are found.
+        own_component: component id under which the gateway sends; what comes back from it is ignored.
+        autopilot_system: MAVLink system id of our autopilot; None: the only one that is heard.
+
+    Attributes:
+        drops: what was thrown away, counted by cause.
+
+    Raises:
+        ValueError: ids out of their range, or two thrusters with the same number, ESC or sensor.
+    """
+
+    def __init__(
+        self,
+        thrusters: Sequence[MavlinkThruster],
+        own_component: int = COMPANION_COMPONENT,
+        autopilot_system: int | None = None,
+    ) -> None:
+        _check_component(own_component)
+        for name in ("thruster", "esc_index", "rpm_sensor"):
+            _check_unique(name, [getattr(thruster, name) for thruster in thrusters])
+        self.drops: Counter[str] = Counter()
+        self._thrusters = tuple(thrusters)
+        self._own_component = own_component
+        self._autopilot = AutopilotChoice(autopilot_system, self.drops)
+        self._handlers = self._handlers_for(autopilot_system)
+        self._handlers_system = autopilot_system
+        self._scanner = FrameScanner({formats.HEARTBEAT.message_id, *self._handlers}, self.drops)
+
+    @property
+    def autopilot_system(self) -> int | None:
+        """System id of the autopilot that is listened to; None before the first HEARTBEAT and during a conflict."""
+        return self._autopilot.system_id
+
+    def decode(self, data: bytes, time_s: float) -> list[Reading]:
+        """Readings that these bytes complete, in the order of the stream.
+
+        Args:
+            data: as received, cut anywhere.
+            time_s: reception; becomes the time of the readings.
+        """
+        readings: list[Reading] = []
+        for packet in self._scanner.feed(data, time_s):
+            if packet.component_id == AUTOPILOT_COMPONENT:
+                readings += self._from_autopilot(packet, time_s)
+        return readings
+
+    def _from_autopilot(self, packet: Packet, time_s: float) -> list[Reading]:
+        if packet.message_id == formats.HEARTBEAT.message_id:
+            return self._heartbeat(packet, time_s)
+        if packet.system_id != self._autopilot.system_id:
+            self.drops["not our autopilot"] += 1
+            return []
+        message, handle = self._handlers[packet.message_id]
+        return handle(message.unpack(packet.payload), time_s)
+
+    def _heartbeat(self, packet: Packet, time_s: float) -> list[Reading]:
+        reading = heartbeat(formats.HEARTBEAT.unpack(packet.payload), packet.system_id, packet.component_id, time_s)
+        if reading.autopilot == AUTOPILOT_INVALID:
+            return []
+        rivals_before = self._autopilot.rivals
+        self._autopilot.heartbeat(packet.system_id, time_s)
+        if packet.system_id == self._autopilot.system_id:
+            self._follow(packet.system_id)
+            return [reading]
+        rivals = self._autopilot.rivals
+        return [AutopilotConflict(time_s, rivals)] if len(rivals) > 1 and rivals != rivals_before else []
+
+    def _follow(self, system_id: int) -> None:
+        if system_id != self._handlers_system:
+            self._handlers, self._handlers_system = self._handlers_for(system_id), system_id
+
+    def _handlers_for(self, system_id: int | None) -> dict[int, Handler]:
+        """What to do with each message that is wanted; messages that no thruster needs are not even unpacked."""
+        vehicle = VehicleTelemetry(system_id or 0, self._own_component, self.drops)
+        thrusters = ThrusterTelemetry(self._thrusters, self.drops)
+        handlers: list[Handler] = [
+            (formats.SYSTEM_TIME, vehicle.system_time),
+            (formats.ATTITUDE, vehicle.attitude),
+            (formats.LOCAL_POSITION_NED, vehicle.local_position),
+            (formats.GLOBAL_POSITION_INT, vehicle.global_position),
+            (formats.COMMAND_ACK, vehicle.acknowledgement),
+        ]
+        if any(thruster.servo_channel is not None for thruster in self._thrusters):
+            handlers.append((formats.SERVO_OUTPUT_RAW, thrusters.servo_output))
+        if any(thruster.rpm_sensor is not None for thruster in self._thrusters):
+            handlers.append((formats.RPM, thrusters.rpm))
+        escs = {thruster.esc_index for thruster in self._thrusters if thruster.esc_index is not None}
+        if escs:
+            handlers += [(formats.ESC_STATUS, thrusters.esc_status), (formats.ESC_INFO, thrusters.esc_info)]
+        for group in sorted({esc // ESCS_PER_MESSAGE for esc in escs if esc < ESCS_PER_MESSAGE * len(ESC_TELEMETRY)}):
+            handlers.append((ESC_TELEMETRY[group], partial(thrusters.esc_telemetry, group)))
+        return {message.message_id: (message, handle) for message, handle in handlers}
+
+
+def _generated(message: OutgoingMessage) -> Any:
+    match message:
+        case CompanionHeartbeat(critical):
+            return dialect.MAVLink_heartbeat_message(
+                type=dialect.MAV_TYPE_ONBOARD_CONTROLLER,
+                autopilot=dialect.MAV_AUTOPILOT_INVALID,
+                base_mode=0,
+                custom_mode=0,
+                system_status=dialect.MAV_STATE_CRITICAL if critical else dialect.MAV_STATE_ACTIVE,
+                mavlink_version=3,
+            )
+        case StatusText(severity, text):
+            return dialect.MAVLink_statustext_message(severity, text.encode("ascii"))
+        case CommandLong(command, parameters, system, component, confirmation):
+            return dialect.MAVLink_command_long_message(system, component, command, confirmation, *parameters)
+    raise ValueError(f"message must be a CompanionHeartbeat, StatusText or CommandLong, got {message!r}")
+
+
+def _check_component(component_id: int) -> None:
+    if not 2 <= component_id <= 255:
+        raise ValueError(f"component id must lie in 2..255 (1 is the autopilot), got {component_id}")
+
+
+def _check_unique(name: str, values: Sequence[int | None]) -> None:
+    repeated = sorted(value for value, times in Counter(values).items() if value is not None and times > 1)
+    if repeated:
+        raise ValueError(f"{name} must be different for every thruster, got {repeated} more than once")

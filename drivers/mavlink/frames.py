@@ -1,0 +1,189 @@
+"""MAVLink 1 and 2 framing: a byte stream, damaged or not, into frames whose checksum is right.
+
+Rules of the search:
+- A frame that starts where the last good one ended is *in step*: it is waited for until it is whole.
+- Out of step (garbage was seen, or the rest of a frame did not come for a while), every magic byte is only a guess,
+  and the search looks on behind an unfinished guess: a good frame is found in the same call that completes it.
+- A bad frame costs one byte, not its stated length: the length may be the very byte that is wrong.
+- A message whose layout is not known has no checksum to test. In step it is skipped if a magic byte or the end of the
+  data follows; out of step it is no evidence of anything.
+"""
+
+from __future__ import annotations
+
+import re
+import struct
+from collections import Counter
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from drivers.mavlink.formats import CRC_EXTRA, checksum
+
+MAGIC_1, MAGIC_2 = 0xFE, 0xFD
+FLAG_SIGNED = 0x01
+SIGNATURE_SIZE = 13
+CHECKSUM_SIZE = 2
+# The rest of a frame that is under way comes within milliseconds; after this it was cut off.
+PATIENCE_S = 0.5
+
+UNKNOWN = "unknown message"
+
+_MAGIC = re.compile(b"[\xfd\xfe]")
+_HEADER_1 = struct.Struct("<xBBBBB")  # length, sequence, system, component, message
+_HEADER_2 = struct.Struct("<xBBxBBBHB")  # length, flags, sequence, system, component, message (low 16, high 8 bits)
+
+
+class Frame(NamedTuple):
+    """One frame in a buffer: `payload_start`, `payload_end` and `end` are offsets from the buffer's start."""
+
+    message_id: int
+    system_id: int
+    component_id: int
+    sequence: int
+    payload_start: int
+    payload_end: int
+    end: int
+
+
+class Packet(NamedTuple):
+    """A checked frame that was wanted."""
+
+    message_id: int
+    system_id: int
+    component_id: int
+    payload: bytes
+
+
+def frame_at(buffer: bytes, start: int) -> Frame | None:
+    """Read the header of the frame whose magic byte is at `start`; None while the header is not complete."""
+    if buffer[start] == MAGIC_2:
+        if len(buffer) - start < _HEADER_2.size:
+            return None
+        length, flags, sequence, system, component, low, high = _HEADER_2.unpack_from(buffer, start)
+        payload_end = start + _HEADER_2.size + length
+        end = payload_end + CHECKSUM_SIZE + (SIGNATURE_SIZE if flags & FLAG_SIGNED else 0)
+        return Frame(low | high << 16, system, component, sequence, payload_end - length, payload_end, end)
+    if len(buffer) - start < _HEADER_1.size:
+        return None
+    length, sequence, system, component, message_id = _HEADER_1.unpack_from(buffer, start)
+    payload_end = start + _HEADER_1.size + length
+    return Frame(
+        message_id, system, component, sequence, payload_end - length, payload_end, payload_end + CHECKSUM_SIZE
+    )
+
+
+def flags_supported(buffer: bytes, start: int) -> bool:
+    """False where a MAVLink 2 header asks for something that we do not know: such a frame must not be read."""
+    return buffer[start] != MAGIC_2 or len(buffer) - start < 3 or not buffer[start + 2] & ~FLAG_SIGNED
+
+
+class FrameScanner:
+    """Finds the wanted frames in a stream, whatever else is in it.
+
+    Args:
+        wanted: ids of the messages to return; the others are checked and skipped.
+        drops: counted here by cause: "checksum", "unsupported flags", "unknown message", "bytes outside frames" and
+            "lost in transit" (gaps in the senders' sequence numbers).
+    """
+
+    def __init__(self, wanted: Iterable[int], drops: Counter[str]) -> None:
+        self._wanted = frozenset(wanted)
+        self._drops = drops
+        self._pending = b""
+        self._in_step = True
+        self._fed_s = 0.0
+        self._sequences: dict[tuple[int, int], int] = {}
+
+    @property
+    def pending(self) -> int:
+        """Bytes kept because a frame may not be complete yet; never more than the longest frame."""
+        return len(self._pending)
+
+    def feed(self, data: bytes, time_s: float) -> list[Packet]:
+        """Take the next bytes of the stream.
+
+        Args:
+            data: as received, cut anywhere.
+            time_s: reception.
+
+        Returns:
+            The wanted frames that these bytes complete, in the order of the stream.
+        """
+        if self._pending and time_s - self._fed_s > PATIENCE_S:
+            self._in_step = False
+        self._fed_s = time_s
+        packets: list[Packet] = []
+        buffer = self._pending + data
+        keep = self._scan(buffer, packets)
+        self._pending = buffer[keep:]
+        return packets
+
+    def _scan(self, buffer: bytes, packets: list[Packet]) -> int:
+        """Append the wanted frames in the buffer to `packets`; return where the part to keep for later starts."""
+        done = search = 0
+        unfinished: int | None = None  # first guess that later bytes may still complete
+        while match := _MAGIC.search(buffer, search):
+            start = match.start()
+            search = start + 1
+            self._in_step = self._in_step and start == done
+            frame = frame_at(buffer, start)
+            fault = self._fault(buffer, start, frame)
+            if fault is None:
+                unfinished = start if unfinished is None else unfinished
+                if self._in_step:
+                    break
+            elif fault:
+                self._in_step = False
+                if unfinished is None:  # else these bytes are scanned, and would be counted, again
+                    self._drops[fault] += 1
+            elif frame is not None:
+                self._count_outside(start - done)
+                self._take(buffer, frame, packets)
+                done = search = frame.end
+                unfinished, self._in_step = None, True
+        keep = len(buffer) if unfinished is None else unfinished
+        self._count_outside(keep - done)
+        self._in_step = self._in_step and keep == done
+        return keep
+
+    def _fault(self, buffer: bytes, start: int, frame: Frame | None) -> str | None:
+        """What is wrong with the frame at `start`: a cause, "" for nothing, None while it is not complete."""
+        if not flags_supported(buffer, start):
+            return "unsupported flags"
+        if frame is None or frame.end > len(buffer):
+            return None
+        crc_extra = CRC_EXTRA.get(frame.message_id)
+        if crc_extra is None:
+            return self._unknown(buffer, frame)
+        stated = buffer[frame.payload_end] | buffer[frame.payload_end + 1] << 8
+        return "" if checksum(buffer[start + 1 : frame.payload_end], crc_extra) == stated else "checksum"
+
+    def _unknown(self, buffer: bytes, frame: Frame) -> str:
+        if not (self._in_step and _boundary(buffer, frame.end)):
+            return UNKNOWN
+        self._drops[UNKNOWN] += 1
+        return ""
+
+    def _take(self, buffer: bytes, frame: Frame, packets: list[Packet]) -> None:
+        self._count_lost(frame)
+        if frame.message_id in self._wanted:
+            payload = buffer[frame.payload_start : frame.payload_end]
+            packets.append(Packet(frame.message_id, frame.system_id, frame.component_id, payload))
+
+    def _count_outside(self, size: int) -> None:
+        if size:
+            self._drops["bytes outside frames"] += size
+
+    def _count_lost(self, frame: Frame) -> None:
+        source = (frame.system_id, frame.component_id)
+        previous = self._sequences.get(source, frame.sequence - 1)
+        gap = (frame.sequence - previous - 1) & 0xFF
+        if gap < 128:  # else late or repeated, by another route: not lost
+            self._sequences[source] = frame.sequence
+            if gap:
+                self._drops["lost in transit"] += gap
+
+
+def _boundary(buffer: bytes, end: int) -> bool:
+    """Whether a frame may well end here."""
+    return end == len(buffer) or buffer[end] in (MAGIC_1, MAGIC_2)

@@ -1,0 +1,194 @@
+"""Asking the autopilot for the messages that are read, at the rates that are needed.
+
+The table (state x what comes in; times are passed in, nothing waits):
+
+| state | heartbeat | acknowledgement | no answer | restart of autopilot or link |
+|---|---|---|---|---|
+| silent | -> asking, first request | | | |
+| asking | | noted, next request; -> settled | 3 times, 1 s apart, then noted, next | -> asking, first request |
+| settled | | | -> asking, after 30 s, if nothing at all was answered | -> asking, first request |
+
+Intervals are forgotten by an autopilot that restarts. That is seen by its time since boot, by a gap in its
+heartbeats, by the link coming up again, or, where none of these shows, by telemetry that stops while heartbeats go
+on.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from drivers.mavlink import formats
+from drivers.mavlink.messages import CommandLong
+from drivers.readings import (
+    Attitude,
+    AutopilotHeartbeat,
+    AutopilotReboot,
+    CommandAcknowledgement,
+    GlobalPosition,
+    LinkState,
+    LocalPosition,
+    Reading,
+    ThrusterCommand,
+    ThrusterReport,
+)
+
+COMMAND_SET_MESSAGE_INTERVAL = 511
+RESULT_ACCEPTED, RESULT_TEMPORARILY_REJECTED, RESULT_IN_PROGRESS = 0, 1, 5  # MAV_RESULT
+AUTOPILOT_PX4 = 12  # MAV_AUTOPILOT_PX4
+
+ANSWER_S = 1.0
+TRIES = 3
+SILENCE_S = 5.0
+ROUND_S = 30.0
+
+_TELEMETRY = (Attitude, GlobalPosition, LocalPosition, ThrusterCommand, ThrusterReport)
+
+
+@dataclass(frozen=True, slots=True)
+class Stream:
+    """A message, and how often it should come.
+
+    Raises:
+        ValueError: rate not above 0 Hz.
+    """
+
+    message_id: int
+    rate_hz: float
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.rate_hz < math.inf:
+            raise ValueError(f"rate_hz must be above 0, got {self.rate_hz}")
+
+    def request(self, autopilot: AutopilotHeartbeat, confirmation: int) -> CommandLong:
+        """SET_MESSAGE_INTERVAL: message id and interval in microseconds."""
+        interval_us = round(1e6 / self.rate_hz)
+        return CommandLong(
+            command=COMMAND_SET_MESSAGE_INTERVAL,
+            parameters=(float(self.message_id), float(interval_us), 0.0, 0.0, 0.0, 0.0, 0.0),
+            target_system=autopilot.system_id,
+            target_component=autopilot.component_id,
+            confirmation=confirmation,
+        )
+
+
+_COMMON = (
+    Stream(formats.SERVO_OUTPUT_RAW.message_id, 20.0),
+    Stream(formats.ATTITUDE.message_id, 20.0),
+    Stream(formats.GLOBAL_POSITION_INT.message_id, 10.0),
+    Stream(formats.LOCAL_POSITION_NED.message_id, 10.0),
+    Stream(formats.SYSTEM_TIME.message_id, 1.0),
+)
+# The first ESC_TELEMETRY message brings all groups: asking ArduPilot for the others is DENIED.
+ARDUPILOT_STREAMS = (
+    *_COMMON,
+    Stream(formats.ESC_TELEMETRY[0].message_id, 20.0),
+    Stream(formats.RPM.message_id, 20.0),
+)
+PX4_STREAMS = (*_COMMON, Stream(formats.ESC_STATUS.message_id, 20.0), Stream(formats.ESC_INFO.message_id, 1.0))
+
+
+class StreamRequests:
+    """Asks for one message after the other until each was answered.
+
+    A refusal is a normal answer: an autopilot without ESC telemetry denies it.
+
+    Args:
+        streams: what to ask for; None: what this package reads, by the kind of autopilot.
+
+    Attributes:
+        accepted, refused, unanswered: message ids by what became of the last request. If all are unanswered, the
+            autopilot takes no commands from us (ArduPilot's MAV_OPTIONS can restrict them to the ground station).
+    """
+
+    def __init__(self, streams: Sequence[Stream] | None = None) -> None:
+        self._streams = None if streams is None else tuple(streams)
+        self._autopilot: AutopilotHeartbeat | None = None
+        self._waiting: list[Stream] = []
+        self._tries = 0
+        self._due_s = -math.inf
+        self._round_s = -math.inf
+        self._telemetry_s = -math.inf
+        self.accepted: set[int] = set()
+        self.refused: set[int] = set()
+        self.unanswered: set[int] = set()
+
+    @property
+    def settled(self) -> bool:
+        """True when every request of this round was answered, or given up."""
+        return self._autopilot is not None and not self._waiting
+
+    def update(self, readings: Iterable[Reading], time_s: float) -> list[CommandLong]:
+        """Take what came in over this link, in order, and the time; call at least once a second.
+
+        Returns:
+            What to send now: nothing, or one request.
+        """
+        for reading in readings:
+            self._take(reading)
+        if self._autopilot is None:
+            return []
+        if self.settled and self._went_quiet(time_s):
+            self._start_round(self._autopilot, time_s)
+        return self._request(self._autopilot, time_s)
+
+    def _take(self, reading: Reading) -> None:
+        match reading:
+            case AutopilotHeartbeat():
+                self._heartbeat(reading)
+            case AutopilotReboot() if self._autopilot is not None:
+                self._start_round(self._autopilot, reading.time_s)
+            case LinkState(up=False):
+                self._autopilot = None
+            case CommandAcknowledgement(command=command) if command == COMMAND_SET_MESSAGE_INTERVAL:
+                self._answer(reading)
+            case _ if isinstance(reading, _TELEMETRY):
+                self._telemetry_s = reading.time_s
+
+    def _heartbeat(self, reading: AutopilotHeartbeat) -> None:
+        previous, self._autopilot = self._autopilot, reading
+        if (
+            previous is None
+            or previous.system_id != reading.system_id
+            or reading.time_s - previous.time_s > SILENCE_S
+        ):
+            self._start_round(reading, reading.time_s)
+
+    def _start_round(self, autopilot: AutopilotHeartbeat, time_s: float) -> None:
+        standard = PX4_STREAMS if autopilot.autopilot == AUTOPILOT_PX4 else ARDUPILOT_STREAMS
+        self._waiting = list(standard if self._streams is None else self._streams)
+        self._tries = 0
+        self._due_s = self._round_s = time_s
+        self.accepted, self.refused, self.unanswered = set(), set(), set()
+
+    def _went_quiet(self, time_s: float) -> bool:
+        """Heartbeats come, but no answer at all, or none of the telemetry that was promised."""
+        if time_s - self._round_s < ROUND_S:
+            return False
+        return not (self.accepted or self.refused) or (bool(self.accepted) and time_s - self._telemetry_s > SILENCE_S)
+
+    def _answer(self, acknowledgement: CommandAcknowledgement) -> None:
+        """An acknowledgement names the command only, so there is never more than one request under way."""
+        if not self._waiting or self._tries == 0:
+            return
+        if acknowledgement.result == RESULT_IN_PROGRESS:
+            self._due_s = acknowledgement.time_s + ANSWER_S
+        elif acknowledgement.result != RESULT_TEMPORARILY_REJECTED:  # that one is tried again when it is due
+            self._close(
+                self.accepted if acknowledgement.result == RESULT_ACCEPTED else self.refused, acknowledgement.time_s
+            )
+
+    def _close(self, outcome: set[int], time_s: float) -> None:
+        outcome.add(self._waiting.pop(0).message_id)
+        self._tries = 0
+        self._due_s = time_s
+
+    def _request(self, autopilot: AutopilotHeartbeat, time_s: float) -> list[CommandLong]:
+        if self._tries == TRIES and time_s >= self._due_s:
+            self._close(self.unanswered, time_s)
+        if not self._waiting or time_s < self._due_s:
+            return []
+        self._tries += 1
+        self._due_s = time_s + ANSWER_S
+        return [self._waiting[0].request(autopilot, self._tries - 1)]

@@ -1,0 +1,386 @@
+"""Decoder and encoder against pymavlink's own."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from drivers.command import CommandScale
+from drivers.mavlink.codec import MavlinkDecoder, MavlinkEncoder, MavlinkThruster
+from drivers.mavlink.messages import CommandLong, CompanionHeartbeat, StatusText
+from drivers.mavlink.tests.peer import EscInfoMessage, EscStatusMessage, Peer, messages_in
+from drivers.readings import (
+    Attitude,
+    AutopilotConflict,
+    AutopilotHeartbeat,
+    AutopilotReboot,
+    CommandAcknowledgement,
+    GlobalPosition,
+    LocalPosition,
+    ThrusterCommand,
+    ThrusterReport,
+)
+
+PWM = CommandScale(1100.0, 1500.0, 1900.0)
+UINT16 = st.integers(0, 65535)
+FLOAT32 = st.floats(width=32)
+FOUR_UINT16 = st.tuples(UINT16, UINT16, UINT16, UINT16)
+
+
+def thruster(number=1, **fields):
+    return MavlinkThruster(number, **fields)
+
+
+def decoder(*thrusters, system=1):
+    return MavlinkDecoder(thrusters, autopilot_system=system)
+
+
+# What comes in ------------------------------------------------------------------------------------
+
+
+def test_heartbeat():
+    frame = Peer().heartbeat(base_mode=0xD1, custom_mode=9, state=5)
+    assert decoder().decode(frame, 3.0) == [AutopilotHeartbeat(3.0, 1, 1, 3, 12, True, 9, 5)]
+
+
+@pytest.mark.parametrize("sender", [Peer(255, 190), Peer(1, 194), Peer(1, 192), Peer(1, 100)])
+def test_ground_stations_companions_and_our_own_echo_are_ignored(sender):
+    decode = decoder(thruster(servo_channel=1, command_scale=PWM), system=None)
+    decode.decode(Peer().heartbeat(), 0.0)
+    data = sender.heartbeat(autopilot=8, vehicle_type=18) + sender.attitude() + sender.servo_output([1900])
+    assert decode.decode(data, 0.1) == []
+    assert decode.autopilot_system == 1
+
+
+def test_component_1_without_an_autopilot_is_no_autopilot():
+    decode = decoder(system=None)
+    assert decode.decode(Peer(7).heartbeat(autopilot=8), 0.0) == []
+    assert decode.autopilot_system is None
+
+
+@given(st.tuples(*[FLOAT32] * 6), st.booleans())
+def test_attitude(values, mavlink1):
+    data = Peer().pack(dialect.MAVLink_attitude_message(1, *values), mavlink1=mavlink1)
+    (sent,) = messages_in(data)
+    decode = decoder()
+    readings = decode.decode(data, 1.0)
+    if readings:
+        assert readings == [
+            Attitude(1.0, sent.roll, sent.pitch, sent.yaw, sent.rollspeed, sent.pitchspeed, sent.yawspeed)
+        ]
+        assert all(map(math.isfinite, values))
+    else:
+        assert decode.drops == {"implausible attitude": 1}
+        assert not all(abs(value) <= 2 * math.pi for value in values)
+
+
+@given(st.tuples(*[FLOAT32] * 6))
+def test_local_position(values):
+    data = Peer().pack(dialect.MAVLink_local_position_ned_message(1, *values))
+    (sent,) = messages_in(data)
+    decode = decoder()
+    readings = decode.decode(data, 1.0)
+    if readings:
+        assert readings == [LocalPosition(1.0, (sent.x, sent.y, sent.z), (sent.vx, sent.vy, sent.vz))]
+        assert all(map(math.isfinite, values))
+    else:
+        assert decode.drops == {"implausible local position": 1}
+        assert not all(abs(value) <= 100.0 for value in values)
+
+
+INT32, INT16 = st.integers(-(2**31), 2**31 - 1), st.integers(-(2**15), 2**15 - 1)
+
+
+@given(INT32, INT32, INT32, INT16, INT16, INT16)
+def test_global_position(latitude, longitude, altitude, north, east, down):
+    message = dialect.MAVLink_global_position_int_message(
+        1, latitude, longitude, altitude, 0, north, east, down, 65535
+    )
+    decode = decoder()
+    readings = decode.decode(Peer().pack(message), 1.0)
+    if not readings:
+        assert sum(decode.drops.values()) == 1
+        assert latitude == longitude == 0 or abs(latitude) > 90e7 or abs(longitude) > 180e7
+        return
+    (position,) = readings
+    assert isinstance(position, GlobalPosition)
+    assert math.degrees(position.latitude_rad) * 1e7 == pytest.approx(latitude, abs=1e-3)
+    assert math.degrees(position.longitude_rad) * 1e7 == pytest.approx(longitude, abs=1e-3)
+    assert position.depth_m == -altitude / 1000
+    assert position.velocity_mps == (north / 100, east / 100, down / 100)
+
+
+@given(st.lists(UINT16, min_size=16, max_size=16), st.sampled_from([0, 1]))
+def test_servo_output(pulses, port):
+    thrusters = [thruster(i, servo_channel=i, command_scale=PWM) for i in range(1, 33)]
+    decode = decoder(*thrusters)
+    data = Peer().servo_output(pulses, port=port)
+    (sent,) = messages_in(data)
+    wanted = {}
+    for i in range(1, 17):
+        pulse = getattr(sent, f"servo{i}_raw")
+        if pulse and PWM.fraction(pulse) is not None:
+            wanted[16 * port + i] = PWM.fraction(pulse)
+    readings = decode.decode(data, 2.0)
+    assert readings == [ThrusterCommand(2.0, number, fraction) for number, fraction in wanted.items()]
+    assert decode.drops["command out of range"] == sum(p > 0 for p in pulses) - len(wanted)
+
+
+def test_mavlink_1_has_eight_channels_and_the_rest_is_unused():
+    thrusters = [thruster(i, servo_channel=i, command_scale=PWM) for i in range(1, 17)]
+    frame = Peer().servo_output([1500] * 16, mavlink1=True)
+    body = bytes((21,)) + frame[2 : 6 + 21]  # pymavlink appends the MAVLink 2 extension to MAVLink 1 as well
+    crc_extra = dialect.MAVLink_servo_output_raw_message.crc_extra
+    frame = frame[:1] + body + dialect.x25crc(body + bytes((crc_extra,))).crc.to_bytes(2, "little")
+    readings = decoder(*thrusters).decode(frame, 0.0)
+    assert [reading.thruster for reading in readings] == list(range(1, 9))
+
+
+def test_a_port_that_does_not_exist_is_ignored():
+    decode = decoder(thruster(servo_channel=1, command_scale=PWM))
+    assert decode.decode(Peer().servo_output([1500], port=200), 0.0) == []
+
+
+@given(st.integers(0, 7), FOUR_UINT16, FOUR_UINT16, FOUR_UINT16, st.tuples(*[st.integers(0, 255)] * 4))
+def test_esc_telemetry(group, voltage, current, rpm, temperature):
+    decode = decoder(*[thruster(i + 1, esc_index=i) for i in range(32)])
+    data = Peer().esc_telemetry(group, temperature, voltage, current, rpm, count=(1, 2, 3, 4))
+    (sent,) = messages_in(data)
+    readings = decode.decode(data, 5.0)
+    assert [reading.thruster for reading in readings] == [4 * group + i for i in range(1, 5)]
+    for i, reading in enumerate(readings):
+        assert reading.speed_rpm == (sent.rpm[i] if sent.rpm[i] < 65535 else None)
+        assert reading.voltage_v == (sent.voltage[i] / 100 if 0 < sent.voltage[i] < 65535 else None)
+        assert reading.current_a == (sent.current[i] / 100 if 0 < sent.current[i] < 65535 else None)
+        known = 0 < sent.temperature[i] < 200
+        assert reading.temperature_k == (sent.temperature[i] + 273.15 if known else None)
+    assert decode.drops["implausible speed"] == rpm.count(65535)
+
+
+def speeds(decode, data):
+    return [reading.speed_rpm for reading in decode.decode(data, 0.0)]
+
+
+def test_an_esc_that_never_spoke_is_absent_not_stopped():
+    decode, peer = decoder(thruster(1, esc_index=0), thruster(2, esc_index=1)), Peer()
+    assert speeds(decode, peer.esc_telemetry()) == [900.0]
+    assert decode.drops == {"ESC absent": 1}
+
+
+def test_an_esc_that_fell_silent_repeats_itself_or_says_zero():
+    decode, peer = decoder(thruster(esc_index=0)), Peer()
+    assert speeds(decode, peer.esc_telemetry(count=(9, 0, 0, 0))) == [900.0]
+    assert speeds(decode, peer.esc_telemetry(count=(9, 0, 0, 0))) == []
+    assert speeds(decode, peer.esc_telemetry(count=(9, 0, 0, 0), rpm=(0, 0, 0, 0))) == []
+    assert speeds(decode, peer.esc_telemetry(count=(10, 0, 0, 0), rpm=(0, 0, 0, 0))) == [0.0]
+    assert decode.drops == {"repeated": 2}
+
+
+def test_speed_from_a_source_that_does_not_count():
+    decode, peer = decoder(thruster(esc_index=0)), Peer()
+    nothing = (0, 0, 0, 0)
+    for rpm in (900, 900, 910, 0, 0):
+        assert speeds(decode, peer.esc_telemetry(0, nothing, nothing, nothing, (rpm, 0, 0, 0), count=nothing)) == [
+            rpm
+        ]
+
+
+def test_zero_current_means_something_only_from_an_esc_that_measures_it():
+    decode, peer = decoder(thruster(esc_index=0)), Peer()
+    currents = [
+        decode.decode(peer.esc_telemetry(current=(centiamperes, 0, 0, 0), count=(count, 0, 0, 0)), 0.0)[0].current_a
+        for count, centiamperes in enumerate((0, 150, 0), start=1)
+    ]
+    assert currents == [None, 1.5, 0.0]
+
+
+@given(
+    st.tuples(*[st.integers(-(2**31), 2**31 - 1).filter(bool)] * 4), st.tuples(*[FLOAT32] * 4),
+    st.tuples(*[FLOAT32] * 4), st.integers(0, 15),
+)  # fmt: skip
+def test_esc_status_of_px4(rpm, voltage, current, group):
+    decode = decoder(*[thruster(i + 1, esc_index=i, signed=True, reverse=i % 2 == 1) for i in range(64)])
+    readings = decode.decode(Peer().pack(EscStatusMessage(4 * group, 1, rpm, voltage, current)), 1.0)
+    assert [reading.thruster for reading in readings] == [4 * group + i for i in range(1, 5)]
+    for i, reading in enumerate(readings):
+        direction = -1 if i % 2 else 1
+        assert reading.speed_rpm == (direction * rpm[i] if abs(rpm[i]) < 65535 else None)
+        assert reading.voltage_v == (voltage[i] if 0.0 < voltage[i] < 655.34 else None)
+        assert reading.current_a is None or abs(current[i]) < 655.34
+
+
+def test_unsigned_esc_status_gives_the_magnitude():
+    decode = decoder(thruster(esc_index=0, reverse=True))
+    data = Peer().pack(EscStatusMessage(0, 1, (-700, 0, 0, 0), (16.0,) * 4, (1.0,) * 4))
+    assert speeds(decode, data) == [700.0]
+
+
+def test_esc_info_of_px4():
+    decode = decoder(thruster(1, esc_index=0), thruster(2, esc_index=1), thruster(3, esc_index=2))
+    data = Peer().pack(EscInfoMessage(0, 1, 2, (7, 8, 9, 0), (2500, 32767, 100, 0)))
+    assert decode.decode(data, 1.0) == [
+        ThrusterReport(1.0, 1, temperature_k=298.15, error_count=7),
+        ThrusterReport(1.0, 2, error_count=8),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("rpm", "wanted", "cause"),
+    [
+        (812.5, [812.5], None),
+        (-1.0, [], "RPM sensor without a signal"),
+        (65535.0, [], "implausible speed"),
+        (math.nan, [], "implausible speed"),
+    ],
+)
+def test_rpm_sensors(rpm, wanted, cause):
+    decode = decoder(thruster(rpm_sensor=2))
+    assert speeds(decode, Peer().pack(dialect.MAVLink_rpm_message(1.0, rpm))) == wanted
+    assert decode.drops == ({cause: 1} if cause else {})
+
+
+@pytest.mark.parametrize(
+    ("system", "component", "ours"), [(0, 0, True), (1, 192, True), (255, 190, False), (1, 193, False)]
+)
+def test_acknowledgements_for_us(system, component, ours):
+    readings = decoder().decode(Peer().acknowledgement(511, 2, system, component), 1.0)
+    assert readings == ([CommandAcknowledgement(1.0, 1, 1, 511, 2, 255)] if ours else [])
+
+
+# Repeated, late, restarted ------------------------------------------------------------------------
+
+
+def test_what_came_already_by_another_route_is_dropped():
+    decode, peer = decoder(thruster(servo_channel=1, command_scale=PWM)), Peer()
+    for data in (peer.attitude(5000), peer.servo_output([1500], 5_000_000)):
+        assert len(decode.decode(data, 0.0)) == 1
+        assert decode.decode(data, 0.0) == []
+    assert decode.decode(peer.attitude(4900) + peer.servo_output([1500], 4_900_000), 0.1) == []
+    assert decode.drops == {"repeated": 2, "late": 2}
+
+
+def test_microseconds_wrap_after_72_minutes():
+    decode, peer = decoder(thruster(servo_channel=1, command_scale=PWM)), Peer()
+    for time_us in (2**32 - 10_000, 40_000, 90_000):
+        assert len(decode.decode(peer.servo_output([1500], time_us), 0.0)) == 1
+
+
+def test_a_sender_without_a_clock_is_heard():
+    decode, peer = decoder(), Peer()
+    assert [len(decode.decode(peer.attitude(0), 0.0)) for _ in range(3)] == [1, 1, 1]
+
+
+def test_a_restart_shows_once_in_whatever_message_comes_first():
+    decode, peer = decoder(), Peer()
+    decode.decode(peer.attitude(500_000), 0.0)
+    readings = decode.decode(peer.pack(dialect.MAVLink_system_time_message(0, 3000)) + peer.attitude(3010), 7.0)
+    assert [type(reading) for reading in readings] == [AutopilotReboot, Attitude]
+    assert readings[0] == AutopilotReboot(7.0, 1)
+
+
+def test_milliseconds_that_wrap_are_no_restart():
+    decode, peer = decoder(), Peer()
+    for boot_ms in (2**32 - 30, 20):
+        assert [type(reading) for reading in decode.decode(peer.attitude(boot_ms), 0.0)] == [Attitude]
+
+
+# Which autopilot ----------------------------------------------------------------------------------
+
+
+def test_nothing_is_taken_before_the_first_heartbeat():
+    decode, peer = decoder(system=None), Peer(3)
+    assert decode.decode(peer.attitude(), 0.0) == []
+    assert decode.drops == {"not our autopilot": 1}
+    assert len(decode.decode(peer.heartbeat() + peer.attitude(), 0.1)) == 2
+    assert decode.autopilot_system == 3
+
+
+def test_two_autopilots_are_none_until_one_is_left():
+    decode, ours, other = decoder(system=None), Peer(1), Peer(2)
+    decode.decode(ours.heartbeat(), 0.0)
+    assert decode.decode(other.heartbeat(), 0.5) == [AutopilotConflict(0.5, (1, 2))]
+    assert decode.autopilot_system is None
+    assert decode.decode(ours.heartbeat() + ours.attitude() + other.attitude(), 1.0) == []
+    assert decode.drops == {"other autopilot": 2, "not our autopilot": 2}
+    readings = decode.decode(ours.heartbeat() + ours.attitude(2000), 5.6)
+    assert [type(reading) for reading in readings] == [AutopilotHeartbeat, Attitude]
+
+
+def test_a_configured_autopilot_has_no_rival():
+    decode, ours, other = decoder(system=2), Peer(2), Peer(1)
+    readings = decode.decode(ours.attitude() + other.heartbeat() + other.attitude() + ours.heartbeat(), 0.0)
+    assert [type(reading) for reading in readings] == [Attitude, AutopilotHeartbeat]
+    assert decode.drops == {"other autopilot": 1, "not our autopilot": 1}
+
+
+# What goes out ------------------------------------------------------------------------------------
+
+PRINTABLE = st.text(st.characters(min_codepoint=32, max_codepoint=126), min_size=1, max_size=50)
+
+
+@given(st.integers(1, 254), st.integers(0, 7), PRINTABLE)
+def test_statustext_is_read_back_by_pymavlink(system, severity, text):
+    (sent,) = messages_in(MavlinkEncoder(system).encode(StatusText(severity, text)))
+    assert (sent.get_type(), sent.severity, sent.text, sent.id) == ("STATUSTEXT", severity, text, 0)
+    assert (sent.get_srcSystem(), sent.get_srcComponent()) == (system, 192)
+
+
+@pytest.mark.parametrize(("critical", "state"), [(False, 4), (True, 5)])
+def test_heartbeat_of_an_onboard_computer(critical, state):
+    (sent,) = messages_in(MavlinkEncoder(7).encode(CompanionHeartbeat(critical)))
+    assert (sent.type, sent.autopilot, sent.base_mode, sent.custom_mode, sent.system_status) == (18, 8, 0, 0, state)
+
+
+@given(st.integers(1, 65535), st.tuples(*[FLOAT32.filter(lambda x: not math.isinf(x))] * 7), st.integers(0, 255))
+def test_command_long_is_read_back_by_pymavlink(command, parameters, confirmation):
+    if command == 400:
+        parameters = (0.0,) * 7
+    message = CommandLong(command, parameters, target_system=3, confirmation=confirmation)
+    (sent,) = messages_in(MavlinkEncoder(3).encode(message))
+    assert (sent.command, sent.target_system, sent.target_component) == (command, 3, 1)
+    assert sent.confirmation == confirmation
+    got = [getattr(sent, f"param{i}") for i in range(1, 8)]
+    assert all(a == b or (math.isnan(a) and math.isnan(b)) for a, b in zip(got, parameters, strict=True))
+
+
+def test_sequence_numbers_run_and_wrap():
+    encoder = MavlinkEncoder(1)
+    numbers = [messages_in(encoder.encode(CompanionHeartbeat(False)))[0].get_seq() for _ in range(300)]
+    assert numbers == [i % 256 for i in range(300)]
+
+
+@pytest.mark.parametrize(
+    "build",
+    [
+        lambda: MavlinkEncoder(255),
+        lambda: MavlinkEncoder(0),
+        lambda: MavlinkEncoder(1, 1),
+        lambda: StatusText(8, "x"),
+        lambda: StatusText(4, ""),
+        lambda: StatusText(4, "x" * 51),
+        lambda: StatusText(4, "event twin\t"),
+        lambda: StatusText(4, "Tauchgang \u00fcber 10 m"),
+        lambda: CommandLong(400, (1.0, 2989.0, 0.0, 0.0, 0.0, 0.0, 0.0), 1),
+        lambda: CommandLong(176, (1.0,) * 6, 1),
+        lambda: CommandLong(176, (math.inf,) * 7, 1),
+        lambda: CommandLong(176, (0.0,) * 7, 0),
+        lambda: CommandLong(0, (0.0,) * 7, 1),
+        lambda: MavlinkEncoder(1).encode("heartbeat"),
+        lambda: thruster(0),
+        lambda: thruster(servo_channel=33, command_scale=PWM),
+        lambda: thruster(servo_channel=1),
+        lambda: thruster(command_scale=PWM),
+        lambda: thruster(esc_index=64),
+        lambda: thruster(rpm_sensor=3),
+        lambda: thruster(rpm_sensor=1, esc_index=0),
+        lambda: decoder(thruster(1), thruster(1)),
+        lambda: decoder(thruster(1, esc_index=2), thruster(2, esc_index=2)),
+        lambda: decoder(system=255),
+        lambda: MavlinkDecoder([], own_component=1),
+    ],
+)
+def test_callers_mistakes_are_value_errors(build):
+    with pytest.raises(ValueError, match="got"):
+        build()

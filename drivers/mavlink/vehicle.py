@@ -1,0 +1,127 @@
+"""What the autopilot says of the vehicle, from unpacked payloads to readings. Values are in wire order."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from typing import Any
+
+from drivers.mavlink.formats import ATTITUDE, GLOBAL_POSITION_INT, LOCAL_POSITION_NED, MessageFormat
+from drivers.mavlink.freshness import BootWatch, Freshness
+from drivers.readings import (
+    Attitude,
+    AutopilotHeartbeat,
+    AutopilotReboot,
+    CommandAcknowledgement,
+    GlobalPosition,
+    LocalPosition,
+    Reading,
+)
+
+MODE_FLAG_ARMED = 0x80  # MAV_MODE_FLAG_SAFETY_ARMED
+
+# Nothing that an underwater vehicle does comes near these: beyond them the sender's filter has blown up.
+ANGLE_MAX_RAD = 2.0 * math.pi
+RATE_MAX_RADPS = 100.0
+POSITION_MAX_M = 1e7
+VELOCITY_MAX_MPS = 100.0
+LATITUDE_MAX_E7 = 900_000_000
+LONGITUDE_MAX_E7 = 1_800_000_000
+
+
+def heartbeat(values: tuple[Any, ...], system_id: int, component_id: int, time_s: float) -> AutopilotHeartbeat:
+    """HEARTBEAT of an autopilot."""
+    custom_mode, vehicle_type, autopilot, base_mode, system_status, _version = values
+    return AutopilotHeartbeat(
+        time_s=time_s,
+        system_id=system_id,
+        component_id=component_id,
+        autopilot=autopilot,
+        vehicle_type=vehicle_type,
+        armed=bool(base_mode & MODE_FLAG_ARMED),
+        custom_mode=custom_mode,
+        system_status=system_status,
+    )
+
+
+class VehicleTelemetry:
+    """Attitude, positions, acknowledgements and restarts of one autopilot.
+
+    Args:
+        system_id: the autopilot's.
+        own_component: component id under which the gateway sends commands.
+        drops: counted here by cause.
+    """
+
+    def __init__(self, system_id: int, own_component: int, drops: Counter[str]) -> None:
+        self._system_id = system_id
+        self._own_component = own_component
+        self._drops = drops
+        self._fresh = Freshness(drops)
+        self._boot = BootWatch()
+
+    def system_time(self, values: tuple[Any, ...], time_s: float) -> list[Reading]:
+        """SYSTEM_TIME: asked for because it always carries the time since boot."""
+        return self._reboot(values[1], time_s)
+
+    def attitude(self, values: tuple[Any, ...], time_s: float) -> list[Reading]:
+        """ATTITUDE; radians and radians per second on the wire too."""
+        boot_ms, *numbers = values
+        readings = self._reboot(boot_ms, time_s)
+        if self._news(ATTITUDE, boot_ms):
+            if _within(numbers[:3], ANGLE_MAX_RAD) and _within(numbers[3:], RATE_MAX_RADPS):
+                readings.append(Attitude(time_s, *numbers))
+            else:
+                self._drops["implausible attitude"] += 1
+        return readings
+
+    def local_position(self, values: tuple[Any, ...], time_s: float) -> list[Reading]:
+        """LOCAL_POSITION_NED; metres and metres per second on the wire too."""
+        boot_ms, north, east, down, *velocity = values
+        readings = self._reboot(boot_ms, time_s)
+        if self._news(LOCAL_POSITION_NED, boot_ms):
+            position = (north, east, down)
+            if _within(position, POSITION_MAX_M) and _within(velocity, VELOCITY_MAX_MPS):
+                readings.append(LocalPosition(time_s, position, (velocity[0], velocity[1], velocity[2])))
+            else:
+                self._drops["implausible local position"] += 1
+        return readings
+
+    def global_position(self, values: tuple[Any, ...], time_s: float) -> list[Reading]:
+        """GLOBAL_POSITION_INT: 1e-7 degrees, mm above sea level, cm/s."""
+        boot_ms, latitude, longitude, altitude_mm, _relative_mm, north, east, down, _heading = values
+        readings = self._reboot(boot_ms, time_s)
+        if not self._news(GLOBAL_POSITION_INT, boot_ms):
+            return readings
+        if latitude == 0 and longitude == 0:
+            self._drops["no global position"] += 1  # what autopilots say before they know
+        elif abs(latitude) > LATITUDE_MAX_E7 or abs(longitude) > LONGITUDE_MAX_E7:
+            self._drops["implausible global position"] += 1
+        else:
+            readings.append(
+                GlobalPosition(
+                    time_s=time_s,
+                    latitude_rad=math.radians(latitude * 1e-7),
+                    longitude_rad=math.radians(longitude * 1e-7),
+                    depth_m=-altitude_mm / 1000.0,
+                    velocity_mps=(north / 100.0, east / 100.0, down / 100.0),
+                )
+            )
+        return readings
+
+    def acknowledgement(self, values: tuple[Any, ...], time_s: float) -> list[Reading]:
+        """COMMAND_ACK, unless it answers somebody else; senders that name nobody (0) may mean us."""
+        command, result, progress, _detail, target_system, target_component = values
+        if target_system not in (0, self._system_id) or target_component not in (0, self._own_component):
+            return []
+        return [CommandAcknowledgement(time_s, self._system_id, 1, command, result, progress)]
+
+    def _reboot(self, boot_ms: int, time_s: float) -> list[Reading]:
+        return [AutopilotReboot(time_s, self._system_id)] if self._boot.rebooted(boot_ms) else []
+
+    def _news(self, message: MessageFormat, boot_ms: int) -> bool:
+        return self._fresh.accepts(message.message_id, boot_ms, ticks_per_s=1000)
+
+
+def _within(values: list[float] | tuple[float, ...], limit: float) -> bool:
+    return all(abs(value) <= limit for value in values)  # False for NaN
