@@ -1,0 +1,125 @@
+"""The `gateway` command. Whatever goes wrong is said in one line with the way out; a traceback is a bug."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import signal
+from importlib.metadata import EntryPoint, entry_points, version
+from pathlib import Path
+
+import click
+
+from gateway.config import Config, load
+from gateway.logs import start_logging
+from gateway.problems import ConfigError
+
+DISTRIBUTION = "thruster-gateway"
+PLUGINS = "gateway.commands"
+
+config_argument = click.argument("config", type=click.Path(path_type=Path, dir_okay=False))
+
+
+class PluginGroup(click.Group):
+    """Commands of this module, and those that installed packages add under the entry points `gateway.commands`."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Names of all commands."""
+        return sorted({*super().list_commands(ctx), *(point.name for point in entry_points(group=PLUGINS))})
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """The command of that name; one that cannot be loaded says why when it is called."""
+        own = super().get_command(ctx, cmd_name)
+        if own is not None:
+            return own
+        point = next(iter(entry_points(group=PLUGINS, name=cmd_name)), None)
+        return None if point is None else load_plugin(point)
+
+
+def load_plugin(point: EntryPoint) -> click.Command:
+    """The command of an entry point, or one in its place that fails with the reason."""
+    try:
+        command = point.load()
+    except Exception as error:  # a plugin may fail in any way while it is imported
+        return _broken(point, f"{type(error).__name__}: {error}")
+    if not isinstance(command, click.Command):
+        return _broken(point, f"it is a {type(command).__name__}: want a click command")
+    return command
+
+
+def _broken(point: EntryPoint, reason: str) -> click.Command:
+    def fail() -> None:
+        package = point.dist.name if point.dist is not None else point.value
+        raise click.ClickException(f"{point.name} cannot be loaded from {point.value}: {reason}; reinstall {package}")
+
+    return click.Command(
+        point.name,
+        callback=lambda **_: fail(),
+        help=f"(cannot be loaded: {reason})",
+        add_help_option=False,
+        context_settings={"ignore_unknown_options": True},
+        params=[click.Argument(["rest"], nargs=-1)],
+    )
+
+
+@click.group(cls=PluginGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(version(DISTRIBUTION), prog_name="gateway")
+def main() -> None:
+    """Tells pilot and autopilot that a thruster is entangled: CAN and MAVLink in, STATUSTEXT and failsafe out."""
+
+
+def loaded(path: Path) -> Config:
+    """The configuration of a command.
+
+    Raises:
+        click.ClickException: with all its problems.
+    """
+    try:
+        return load(path)
+    except ConfigError as error:
+        raise click.ClickException(str(error)) from error
+
+
+@main.command()
+@config_argument
+@click.option("-v", "--verbose", is_flag=True, help="Log every detail.")
+def run(config: Path, verbose: bool) -> None:
+    """Watch the vehicle of CONFIG until SIGINT or SIGTERM.
+
+    SIGUSR1 is the operator's word that all thrusters are well as they are: what is learnt now is the new reference.
+    """
+    start_logging(verbose)
+    try:
+        asyncio.run(_run(loaded(config)))
+    except OSError as error:
+        raise click.ClickException(f"{error}; look at [files] in {config}") from error
+
+
+async def _run(config: Config) -> None:
+    from gateway.run import run as run_gateway
+
+    stop, accept = asyncio.Event(), asyncio.Event()
+    loop = asyncio.get_running_loop()
+    for number, event in ((signal.SIGINT, stop), (signal.SIGTERM, stop), (signal.SIGUSR1, accept)):
+        loop.add_signal_handler(number, event.set)
+    await run_gateway(config, stop=stop, accept=accept)
+
+
+@main.command()
+@config_argument
+def check(config: Path) -> None:
+    """Say what is wrong with CONFIG and with the machine it is to run on, and how to mend it.
+
+    Exit code 0: all is well; 1: something is not.
+    """
+    from gateway.check import checks
+
+    logging.disable(logging.CRITICAL)  # what libraries log while they fail is in the results
+    settings = loaded(config)
+    click.echo(f"ok       {config}: {len(settings.thruster)} thrusters over {', '.join(settings.links())}")
+    results = []
+    for result in checks(settings):
+        click.echo(result.line())
+        results.append(result)
+    if not all(result.ok for result in results):
+        raise click.exceptions.Exit(1)

@@ -1,0 +1,207 @@
+"""What no single key of the configuration shows: keys that need each other, exclude each other, or point elsewhere.
+
+It works on whatever tables are valid in themselves, so that a misspelt key in one does not hide a clash in another.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from typing import Any
+
+from can.interfaces import VALID_INTERFACES
+
+from drivers.mavlink.endpoint import parse_endpoint
+from gateway.config import MAVLINK, CanBus, CommandSource, Failsafe, Mavlink, RpmSource, Thruster
+from gateway.problems import Problem
+from gateway.wiring import command_scale, refused_signals
+
+SENDING_ACTIONS = frozenset({"hold", "surface", "manual", "disarm"})
+
+
+@dataclass(frozen=True, slots=True)
+class _Keys:
+    """Keys of a source that a protocol needs ("a | b": one of the two), and those that it can use."""
+
+    needed: tuple[str, ...]
+    usable: tuple[str, ...] = ()
+
+
+_SCALE = ("minimum", "neutral", "maximum")
+COMMAND_KEYS: Mapping[str, _Keys] = {
+    "dronecan": _Keys(("esc_index",), ("bidirectional", "reverse")),
+    "dbc": _Keys(("signal", *_SCALE), ("dead_band", "reverse")),
+    MAVLINK: _Keys(("servo_channel",), (*_SCALE, "dead_band", "reverse")),
+}
+RPM_KEYS: Mapping[str, _Keys] = {
+    "dronecan": _Keys(("esc_index",), ("node_id", "signed", "reverse")),
+    "dbc": _Keys(("signal",), ("unit", "pole_pairs", "signed", "reverse", "voltage", "current")),
+    MAVLINK: _Keys(("esc_index | rpm_sensor",), ("signed", "reverse")),
+}
+
+
+def path_of(thruster: Thruster, *keys: str) -> str:
+    """Key path of a thruster's table, or of a key in it."""
+    return ".".join([f"thruster[number={thruster.number}]", *keys])
+
+
+def inconsistencies(
+    tables: Mapping[str, Any],
+    can: Sequence[CanBus],
+    mavlink: Mavlink | None,
+    thruster: Sequence[Thruster],
+    failsafe: Failsafe | None,
+) -> list[Problem]:
+    """All contradictions among the valid tables.
+
+    Args:
+        tables: the raw file, to tell a link that is not there from one whose own table has a problem.
+        can, mavlink, thruster, failsafe: what is valid of it.
+    """
+    protocols: dict[str, str] = {bus.name: bus.protocol for bus in can}
+    if mavlink is not None:
+        protocols[MAVLINK] = MAVLINK
+    named = _named_links(tables)
+    return [
+        *_missing_thrusters(tables),
+        *(problem for bus in can for problem in _bus_problems(bus)),
+        *_endpoint_problems(mavlink),
+        *_twins("name", ((f"can[name={bus.name}].name", bus.name) for bus in can)),
+        *_twins("number", ((path_of(one, "number"), one.number) for one in thruster)),
+        *(problem for one in thruster for problem in _source_problems(one, protocols, named)),
+        *_shared_places(thruster, protocols),
+        *(problem for one in thruster for problem in _split_escs(one, protocols)),
+        *(problem for bus in can for problem in _signal_problems(bus, thruster)),
+        *_failsafe_problems(failsafe, "mavlink" in tables),
+    ]
+
+
+def _named_links(tables: Mapping[str, Any]) -> set[str]:
+    buses = tables.get("can", [])
+    names = {table.get("name") for table in buses if isinstance(table, dict)} if isinstance(buses, list) else set()
+    return {name for name in names if isinstance(name, str)} | ({MAVLINK} if MAVLINK in tables else set())
+
+
+def _missing_thrusters(tables: Mapping[str, Any]) -> Iterator[Problem]:
+    if not tables.get("thruster"):
+        yield Problem("thruster", None, "missing: want at least one table [[thruster]]")
+
+
+def _bus_problems(bus: CanBus) -> Iterator[Problem]:
+    path = f"can[name={bus.name}]"
+    if bus.name == MAVLINK:
+        yield Problem(f"{path}.name", bus.name, f'"{MAVLINK}" is the link to the autopilot: want another name')
+    if bus.interface not in VALID_INTERFACES:
+        nearest = get_close_matches(bus.interface, VALID_INTERFACES, n=1, cutoff=0.5)
+        hint = f"did you mean {nearest[0]}?" if nearest else f"want one of {', '.join(sorted(VALID_INTERFACES))}"
+        yield Problem(f"{path}.interface", bus.interface, f"unknown to python-can, {hint}")
+    if bus.protocol == "dbc" and bus.database is None:
+        yield Problem(f"{path}.database", None, 'missing: protocol "dbc" needs the DBC file')
+    if bus.protocol != "dbc" and bus.database is not None:
+        yield Problem(f"{path}.database", bus.database, f'protocol "{bus.protocol}" reads no database: remove it')
+    if bus.database is not None and not bus.database.is_file():
+        yield Problem(
+            f"{path}.database", bus.database, "no such file (a relative path starts at the configuration's folder)"
+        )
+
+
+def _endpoint_problems(mavlink: Mavlink | None) -> Iterator[Problem]:
+    if mavlink is not None:
+        try:
+            parse_endpoint(mavlink.endpoint)
+        except ValueError as error:
+            yield Problem("mavlink.endpoint", mavlink.endpoint, str(error))
+
+
+def _twins(what: str, places: Iterable[tuple[str, Hashable]]) -> Iterator[Problem]:
+    """A problem for every value that stands in more than one place."""
+    by_value = defaultdict(list)
+    for path, value in places:
+        by_value[value].append(path)
+    for value, paths in by_value.items():
+        if len(paths) > 1:
+            others = "" if len(set(paths)) == 1 else f" ({', '.join(paths)})"
+            yield Problem(paths[-1], value, f"given {len(paths)} times{others}: each {what} once")
+
+
+def _source_problems(thruster: Thruster, protocols: Mapping[str, str], named: set[str]) -> Iterator[Problem]:
+    for key, source, table in (("command", thruster.command, COMMAND_KEYS), ("rpm", thruster.rpm, RPM_KEYS)):
+        path = path_of(thruster, key)
+        if source.link in protocols:
+            yield from _key_problems(path, source, table, protocols[source.link])
+        elif source.link not in named:
+            wanted = ", ".join(sorted(named)) or "a [[can]] table or [mavlink] first"
+            yield Problem(f"{path}.link", source.link, f"no such link: want {wanted}")
+    yield from _scale_problems(thruster, protocols)
+
+
+def _key_problems(
+    path: str, source: CommandSource | RpmSource, table: Mapping[str, _Keys], protocol: str
+) -> Iterator[Problem]:
+    needed, usable = table[protocol].needed, table[protocol].usable
+    given = source.model_fields_set
+    alternatives = [tuple(key.split(" | ")) for key in needed]
+    for keys in alternatives:
+        if len(given.intersection(keys)) != 1:
+            meaning = " or ".join(f"{key}: {type(source).model_fields[key].description}" for key in keys)
+            yield Problem(f"{path}.{keys[0]}", None, f"a source on a {protocol} link needs exactly one of {meaning}")
+    for key in sorted(given.difference(["link"], usable, *alternatives)):
+        wanted = f"means nothing on a {protocol} link; usable there: {', '.join((*needed, *usable))}"
+        yield Problem(f"{path}.{key}", getattr(source, key), wanted)
+
+
+def _scale_problems(thruster: Thruster, protocols: Mapping[str, str]) -> Iterator[Problem]:
+    source = thruster.command
+    if protocols.get(source.link) == "dbc" and None in (source.minimum, source.neutral, source.maximum):
+        return  # told already
+    try:
+        command_scale(source)
+    except ValueError as error:
+        given = {key: getattr(source, key) for key in (*_SCALE, "dead_band") if key in source.model_fields_set}
+        yield Problem(path_of(thruster, "command"), given, str(error))
+
+
+def _shared_places(thrusters: Sequence[Thruster], protocols: Mapping[str, str]) -> Iterator[Problem]:
+    """Two thrusters cannot have one ESC, one servo output or one signal."""
+    for key, place in (("command", "servo_channel"), ("command", "signal"), ("rpm", "signal"), ("rpm", "rpm_sensor")):
+        yield from _twins(place, _places(thrusters, protocols, (key,), place))
+    yield from _twins("esc_index", _places(thrusters, protocols, ("command", "rpm"), "esc_index"))
+
+
+def _places(
+    thrusters: Sequence[Thruster], protocols: Mapping[str, str], keys: Sequence[str], place: str
+) -> Iterator[tuple[str, Hashable]]:
+    """Where each thruster's sources stand, by key path; a place that its command and its speed share once."""
+    for thruster in thrusters:
+        taken = set()
+        for key in keys:
+            source = getattr(thruster, key)
+            value = getattr(source, place, None)
+            if value is not None and source.link in protocols and (source.link, value) not in taken:
+                taken.add((source.link, value))
+                yield path_of(thruster, key, place), f"{source.link} {value}"
+
+
+def _split_escs(thruster: Thruster, protocols: Mapping[str, str]) -> Iterator[Problem]:
+    """On one DroneCAN bus the command and the speed of a thruster belong to one ESC."""
+    command, rpm = thruster.command, thruster.rpm
+    if command.link != rpm.link or protocols.get(rpm.link) != "dronecan":
+        return
+    for key in ("esc_index", "reverse"):
+        if getattr(command, key) != getattr(rpm, key):
+            wanted = f"command.{key} is {getattr(command, key)!r}: on one DroneCAN bus both are the same ESC"
+            yield Problem(path_of(thruster, "rpm", key), getattr(rpm, key), wanted)
+
+
+def _signal_problems(bus: CanBus, thrusters: Sequence[Thruster]) -> Iterator[Problem]:
+    if bus.protocol == "dbc" and bus.database is not None and bus.database.is_file():
+        for path, value, wanted in refused_signals(bus, thrusters):
+            yield Problem(path, value, wanted)
+
+
+def _failsafe_problems(failsafe: Failsafe | None, has_mavlink: bool) -> Iterator[Problem]:
+    if failsafe is not None and failsafe.thruster_fault in SENDING_ACTIONS and not has_mavlink:
+        wanted = 'needs a [mavlink] table to reach the autopilot, else want "warn" or "none"'
+        yield Problem("failsafe.thruster_fault", failsafe.thruster_fault, wanted)

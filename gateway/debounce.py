@@ -1,0 +1,89 @@
+"""A level counts when it has lasted. Time is passed in; nothing here waits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+
+from detectors.verdict import Level
+
+
+class Event(StrEnum):
+    """What moves the supervisor's table."""
+
+    LEARNING = "UNKNOWN lasted"
+    GOOD = "NORMAL lasted"
+    SUSPICIOUS = "SUSPECT or worse lasted"
+    FAULTY = "FAULT lasted"
+    DISARMED = "vehicle disarmed"
+    ACCEPTED = "operator accepted"
+    REPEAT_DUE = "repeat due"
+
+
+@dataclass(frozen=True, slots=True)
+class DebounceTimes:
+    """How long each must last without a break before it counts; 0 = at once.
+
+    Attributes:
+        suspect_s: SUSPECT or worse.
+        fault_s: FAULT.
+        clear_s: NORMAL, and likewise UNKNOWN.
+
+    Raises:
+        ValueError: a negative time.
+    """
+
+    suspect_s: float
+    fault_s: float
+    clear_s: float
+
+    def __post_init__(self) -> None:
+        for name in self.__slots__:
+            if not getattr(self, name) >= 0.0:
+                raise ValueError(f"{name} = {getattr(self, name)!r}: want 0 or more seconds")
+
+
+# the levels during which each event's time runs, the most urgent event first
+_RUNS_AT: Mapping[Event, frozenset[Level]] = {
+    Event.FAULTY: frozenset({Level.FAULT}),
+    Event.SUSPICIOUS: frozenset({Level.SUSPECT, Level.FAULT}),
+    Event.GOOD: frozenset({Level.NORMAL}),
+    Event.LEARNING: frozenset({Level.UNKNOWN}),
+}
+
+
+class Debounce:
+    """Turns a stream of levels into the events that have lasted long enough."""
+
+    def __init__(self, times: DebounceTimes) -> None:
+        self._lasts_s = {
+            Event.FAULTY: times.fault_s,
+            Event.SUSPICIOUS: times.suspect_s,
+            Event.GOOD: times.clear_s,
+            Event.LEARNING: times.clear_s,
+        }
+        self._since_s: dict[Event, float] = {}
+        self._muted = False
+
+    def update(self, time_s: float, level: Level) -> Event | None:
+        """The most urgent event that the levels up to this one amount to, again and again while they last."""
+        if self._muted and level >= Level.SUSPECT:
+            return None
+        self._muted = False
+        lasted = None
+        for event, levels in _RUNS_AT.items():
+            if level not in levels:
+                self._since_s.pop(event, None)
+            elif time_s - self._since_s.setdefault(event, time_s) >= self._lasts_s[event] and lasted is None:
+                lasted = event
+        return lasted
+
+    def mute(self) -> None:
+        """What is bad now has been dealt with: it counts again only after it was away, or after `unmute`."""
+        self._muted = True
+        self._since_s.clear()
+
+    def unmute(self) -> None:
+        """Whatever is bad counts again."""
+        self._muted = False

@@ -1,0 +1,88 @@
+"""What is wrong with a configuration: each problem with its key path, the value, and what would be right."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+VALUE_LENGTH = 60
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """One thing that is wrong.
+
+    Attributes:
+        key: path of the key, e.g. `thruster[number=3].command.link`.
+        value: what the file says, None where it says nothing.
+        wanted: what would be right.
+    """
+
+    key: str
+    value: object
+    wanted: str
+
+    def __str__(self) -> str:
+        if self.value is None:
+            return f"{self.key}: {self.wanted}"
+        return f"{self.key} = {_shown(self.value)}: {self.wanted}"
+
+
+class ConfigError(ValueError):
+    """A configuration that cannot be used. `problems` has all of them, the text one a line."""
+
+    def __init__(self, source: str, problems: Sequence[Problem]) -> None:
+        self.source = source
+        self.problems = tuple(problems)
+        count = f"{len(problems)} problem{'s' if len(problems) != 1 else ''}"
+        super().__init__("\n  ".join([f"{source}: {count}", *map(str, problems)]))
+
+
+def _shown(value: object) -> str:
+    try:
+        text = json.dumps(value, ensure_ascii=False)
+    except (TypeError, ValueError):
+        text = str(value)
+    return text if len(text) <= VALUE_LENGTH else text[: VALUE_LENGTH - 3] + "..."
+
+
+def unknown_key(path: str, value: object, known: Iterable[str]) -> Problem:
+    """The problem of a key that nothing reads, with the known one that it resembles."""
+    names = sorted(known)
+    key = path.rpartition(".")[2]
+    nearest = get_close_matches(key, names, n=1, cutoff=0.5)
+    hint = f"did you mean {nearest[0]}?" if nearest else f"known here: {', '.join(names)}"
+    return Problem(path, value, f"unknown key, {hint}")
+
+
+def from_validation(error: ValidationError, model: type[BaseModel], path: str) -> list[Problem]:
+    """The problems that pydantic found in the table at `path`."""
+    return [_problem(item, model, path) for item in error.errors(include_url=False)]
+
+
+def _problem(item: Any, model: type[BaseModel], path: str) -> Problem:
+    owner, key = _owner(model, item["loc"])
+    full_path = ".".join([path, *map(str, item["loc"])])
+    if item["type"] == "extra_forbidden":
+        return unknown_key(full_path, item["input"], owner.model_fields)
+    field = owner.model_fields.get(key)
+    description = f" ({field.description})" if field is not None and field.description else ""
+    if item["type"] == "missing":
+        return Problem(full_path, None, "missing" + description)
+    wanted = item["msg"].replace("Input should", "should").replace("String should", "should")
+    return Problem(full_path, item["input"], wanted + description)
+
+
+def _owner(model: type[BaseModel], location: Sequence[str | int]) -> tuple[type[BaseModel], str]:
+    """The model that the last key of `location` belongs to, and that key."""
+    for key in location[:-1]:
+        annotation = model.model_fields[str(key)].annotation
+        if not (isinstance(annotation, type) and issubclass(annotation, BaseModel)):
+            break
+        model = annotation
+    return model, str(location[-1]) if location else ""

@@ -1,0 +1,161 @@
+"""Watches that links are alive, and that every thruster's command and RPM keep coming. Judged on ticks only.
+
+Where a whole link is silent, that is said, and not that each of its signals is. Commands are not missed while the
+vehicle is disarmed: some autopilots do not send any then.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from detectors.verdict import Level
+from drivers.readings import LinkState
+from gateway.supervisor import Observation
+
+# what has never been heard gets this long to begin: an autopilot boots for some seconds
+START_S = 5.0
+
+
+@dataclass(frozen=True, slots=True)
+class Watched:
+    """Something that should be heard again and again.
+
+    Attributes:
+        detector: "link" or "signal".
+        subject: in findings.
+        label: in texts.
+        link: the link that it comes over.
+        limit_s: silence that counts.
+        armed_only: not missed while the vehicle is disarmed.
+    """
+
+    detector: str
+    subject: str
+    label: str
+    link: str
+    limit_s: float
+    armed_only: bool = False
+
+
+class _Ear:
+    """When one watched thing was heard."""
+
+    def __init__(self, watched: Watched) -> None:
+        self.watched = watched
+        self._since_s: float | None = None
+        self._heard = False
+        self._silence_s = 0.0
+
+    def hear(self, time_s: float) -> None:
+        if self._heard and self.silent(time_s):
+            self._silence_s = self.age_s(time_s)
+        self._heard = True
+        self._since_s = time_s
+
+    def start(self, time_s: float) -> None:
+        """Silence counts from now on, as if it had been heard."""
+        if self._since_s is None or self._since_s < time_s:
+            self._since_s = time_s
+
+    def age_s(self, time_s: float) -> float:
+        return 0.0 if self._since_s is None else time_s - self._since_s
+
+    def silent(self, time_s: float) -> bool:
+        limit_s = self.watched.limit_s if self._heard else max(self.watched.limit_s, START_S)
+        return self.age_s(time_s) > limit_s
+
+    def observation(self, time_s: float, trouble: str = "") -> Observation | None:
+        """What to say now; `trouble` that the driver tells counts at once, but not while a link still begins."""
+        if self.silent(time_s) or (trouble and self._heard):
+            trouble = trouble or f"silent {self.age_s(time_s):.1f} s"
+            return self._observation(time_s, Level.SUSPECT, trouble, ())
+        details = (f"after {self._silence_s:.1f} s",) if self._silence_s else ()
+        return self._observation(time_s, Level.NORMAL, "", details) if self._heard else None
+
+    def _observation(self, time_s: float, level: Level, trouble: str, details: tuple[str, ...]) -> Observation:
+        watched = self.watched
+        return Observation(
+            time_s, watched.detector, watched.subject, watched.label, level, math.nan, trouble, details
+        )
+
+
+class SilenceWatch:
+    """Hears of readings and link states; says on ticks what has fallen silent.
+
+    Args:
+        links: by their names; `link` is their own name.
+        signals: each over one of these links.
+    """
+
+    def __init__(self, links: Iterable[Watched], signals: Iterable[Watched]) -> None:
+        self._links = {watched.link: _Ear(watched) for watched in links}
+        self._signals = {watched.subject: _Ear(watched) for watched in signals}
+        self._states: dict[str, LinkState] = {}
+        self._started = False
+
+    def hear_link(self, link: str, time_s: float) -> None:
+        """A reading came over this link."""
+        ear = self._links.get(link)
+        if ear is not None:
+            if ear.silent(time_s):
+                self._give_signals_time(link, time_s)
+            ear.hear(time_s)
+
+    def hear_signal(self, subject: str, time_s: float) -> None:
+        """A thruster's command or RPM came in."""
+        self._signals[subject].hear(time_s)
+
+    def link_state(self, state: LinkState) -> None:
+        """The driver says that a link came up, went down, or has trouble while it is up."""
+        if state.link not in self._links:
+            return
+        if state.up and not self._is_up(state.link):
+            self._give_signals_time(state.link, state.time_s)
+        self._states[state.link] = state
+
+    def judge(self, time_s: float, disarmed: bool) -> Iterator[Observation]:
+        """What is silent and what is not, at a tick."""
+        if not self._started:
+            self._started = True
+            for ear in (*self._links.values(), *self._signals.values()):
+                ear.start(time_s)
+        for link, ear in self._links.items():
+            yield from _some(ear.observation(time_s, self._trouble(link)))
+            if self._alive(link, time_s):
+                yield from self._judge_signals(link, time_s, disarmed)
+
+    def _judge_signals(self, link: str, time_s: float, disarmed: bool) -> Iterator[Observation]:
+        for signal in self._signals_of(link):
+            if disarmed and signal.watched.armed_only:
+                signal.start(time_s)
+            else:
+                yield from _some(signal.observation(time_s))
+
+    def _alive(self, link: str, time_s: float) -> bool:
+        # heard of late, so that a silent signal is not just the first to show that the link falls silent
+        ear = self._links[link]
+        return self._is_up(link) and ear.age_s(time_s) < ear.watched.limit_s / 2.0
+
+    def _is_up(self, link: str) -> bool:
+        return link not in self._states or self._states[link].up
+
+    def _trouble(self, link: str) -> str:
+        state = self._states.get(link)
+        if state is None or state.up:
+            return "" if state is None else state.detail
+        return f"down: {state.detail}" if state.detail else "down"
+
+    def _give_signals_time(self, link: str, time_s: float) -> None:
+        """After a silence of the whole link its signals are not missed before their own time."""
+        for signal in self._signals_of(link):
+            signal.start(time_s)
+
+    def _signals_of(self, link: str) -> Iterator[_Ear]:
+        return (ear for ear in self._signals.values() if ear.watched.link == link)
+
+
+def _some(observation: Observation | None) -> Iterator[Observation]:
+    if observation is not None:
+        yield observation

@@ -1,0 +1,113 @@
+"""What was learnt, on disk: whole or not at all, and read back without trusting it.
+
+A line of JSON (format and SHA-256 of the rest), then a pickle of it. Reading admits the classes of this program,
+plain containers and numpy's arrays and generators, and nothing else that a pickle could call.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import os
+import pickle
+from pathlib import Path
+from typing import Any
+
+from gateway.pipeline import Learnt
+
+FORMAT = "thruster-gateway state 1"
+OUR_PACKAGES = frozenset({"detectors", "gateway"})
+PLAIN = frozenset(
+    {("collections", name) for name in ("Counter", "OrderedDict", "defaultdict", "deque")}
+    | {("builtins", name) for name in ("set", "frozenset", "bytearray", "complex", "range", "slice")}
+)
+NUMPY = frozenset(
+    {"ndarray", "dtype", "_reconstruct", "_frombuffer", "scalar", "PCG64", "SeedSequence", "Generator"}
+    | {"__bit_generator_ctor", "__generator_ctor", "__pyx_unpickle_SeedSequence"}
+)
+
+
+class StateError(Exception):
+    """A state file that cannot be used: damaged, or of another program or version."""
+
+
+def save(path: Path, learnt: dict[int, Learnt]) -> None:
+    """Writes the state in place of the old one; a crash leaves the old one.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    write(path, pack(learnt))
+
+
+def pack(learnt: dict[int, Learnt]) -> bytes:
+    """The bytes of a state file."""
+    payload = pickle.dumps(learnt)
+    header = {"format": FORMAT, "sha256": hashlib.sha256(payload).hexdigest()}
+    return json.dumps(header).encode() + b"\n" + payload
+
+
+def write(path: Path, data: bytes) -> None:
+    """Replaces a file by `data` in one step.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    temporary = path.with_name(path.name + ".new")
+    with temporary.open("wb") as file:
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
+    temporary.replace(path)
+
+
+def load(path: Path) -> dict[int, Learnt]:
+    """Reads a state file; nothing learnt where there is none.
+
+    Raises:
+        StateError: it is not one of ours, or damaged.
+        OSError: it cannot be read.
+    """
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
+        return {}
+    return unpack(data)
+
+
+def unpack(data: bytes) -> dict[int, Learnt]:
+    """Reads the bytes of a state file.
+
+    Raises:
+        StateError: see `load`.
+    """
+    header, _, payload = data.partition(b"\n")
+    if _header(header) != {"format": FORMAT, "sha256": hashlib.sha256(payload).hexdigest()}:
+        raise StateError("not a state file of this version, or damaged")
+    try:
+        learnt = _Unpickler(io.BytesIO(payload)).load()
+    except Exception as error:  # whatever a pickle of another version stumbles over
+        raise StateError(f"cannot be read: {error}") from error
+    if not (isinstance(learnt, dict) and all(isinstance(value, Learnt) for value in learnt.values())):
+        raise StateError("holds something else")
+    return learnt
+
+
+def _header(line: bytes) -> object:
+    try:
+        return json.loads(line)
+    except ValueError:
+        return None
+
+
+class _Unpickler(pickle.Unpickler):
+    def find_class(self, module: str, name: str) -> Any:
+        package = module.partition(".")[0]
+        if package in OUR_PACKAGES and "." not in name:
+            found = super().find_class(module, name)
+            if isinstance(found, type) and found.__module__.startswith(f"{package}."):
+                return found
+        elif (module, name) in PLAIN or (package == "numpy" and name in NUMPY):
+            return super().find_class(module, name)
+        raise StateError(f"{module}.{name} does not belong in it")

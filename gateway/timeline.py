@@ -1,0 +1,65 @@
+"""Time as the pipeline sees it: which time stamps are believed, and the even ticks between them."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator
+
+TICKS_PER_S = 10
+# A time this far from the last one is a corrupt stamp, or a real break in a recording. A corrupt one stands alone.
+JUMP_S = 600.0
+JUMP_CONFIRMATIONS = 5
+
+
+class Timeline:
+    """Believes times that go on from the last, and gives out every tick of a fixed grid once.
+
+    The grid (every 0.1 s, counted from the epoch) depends on the times alone, not on how often somebody asks.
+
+    A time more than 600 s away is refused; five such in a row that agree with each other, ahead, are believed.
+
+    Attributes:
+        drops: refused times by cause.
+    """
+
+    def __init__(self) -> None:
+        self.drops: Counter[str] = Counter()
+        self._newest_s: float | None = None
+        self._next_tick = 0
+        self._far_s = math.nan
+        self._far_count = 0
+
+    def admits(self, time_s: float) -> bool:
+        """False, and counted, for a time that is not to be believed."""
+        if not math.isfinite(time_s):
+            self.drops["time not finite"] += 1
+            return False
+        if self._newest_s is None:
+            self._start(time_s)
+        elif abs(time_s - self._newest_s) > JUMP_S:
+            return self._confirms(time_s, self._newest_s)
+        self._far_count = 0
+        return True
+
+    def ticks(self, time_s: float) -> Iterator[float]:
+        """The ticks up to an admitted time that have not been given out yet, at most 6000."""
+        self._newest_s = time_s if self._newest_s is None else max(self._newest_s, time_s)
+        while self._next_tick <= time_s * TICKS_PER_S:
+            self._next_tick += 1
+            yield (self._next_tick - 1) / TICKS_PER_S
+
+    def _start(self, time_s: float) -> None:
+        self._newest_s = time_s
+        self._next_tick = math.ceil(time_s * TICKS_PER_S)
+
+    def _confirms(self, time_s: float, newest_s: float) -> bool:
+        agrees = abs(time_s - self._far_s) <= JUMP_S
+        self._far_count = self._far_count + 1 if agrees else 1
+        self._far_s = time_s
+        if self._far_count >= JUMP_CONFIRMATIONS and time_s > newest_s:
+            self._start(time_s)
+            self._far_count = 0
+            return True
+        self.drops["time far from the last"] += 1
+        return False

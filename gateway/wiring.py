@@ -1,0 +1,142 @@
+"""From the configuration to the drivers: which decoder a link gets, and what each thruster is on that link."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from drivers.can.dbc import DbcDecoder, DbcThruster
+from drivers.can.decoder import CanDecoder
+from drivers.can.dronecan import DroneCanDecoder, DroneCanThruster
+from drivers.command import CommandScale
+from drivers.mavlink.codec import MavlinkDecoder, MavlinkThruster
+from gateway.config import MAVLINK, CanBus, CommandSource, Config, Mavlink, Thruster
+
+# Blue Robotics' Basic ESC, and ArduSub's own defaults: us
+PWM_MINIMUM_US, PWM_NEUTRAL_US, PWM_MAXIMUM_US, PWM_DEAD_BAND_US = 1100.0, 1500.0, 1900.0, 25.0
+
+
+def command_scale(source: CommandSource) -> CommandScale:
+    """Scale of a command in the unit of its wire; what is left out is as for a Basic ESC on a servo output.
+
+    Raises:
+        ValueError: numbers that make no scale.
+    """
+    return CommandScale(
+        minimum=PWM_MINIMUM_US if source.minimum is None else source.minimum,
+        neutral=PWM_NEUTRAL_US if source.neutral is None else source.neutral,
+        maximum=PWM_MAXIMUM_US if source.maximum is None else source.maximum,
+        dead_band=source.dead_band if source.dead_band is not None else _default_dead_band(source),
+        reverse=source.reverse,
+    )
+
+
+def _default_dead_band(source: CommandSource) -> float:
+    return PWM_DEAD_BAND_US if source.servo_channel is not None else 0.0
+
+
+def can_decoder(bus: CanBus, thrusters: Sequence[Thruster]) -> CanDecoder:
+    """The decoder of a bus, for the thrusters that are wired to it.
+
+    Raises:
+        ValueError: a signal that the bus's database does not have.
+    """
+    if bus.protocol == "dronecan":
+        return DroneCanDecoder([_dronecan(one, bus) for one in thrusters if _uses(one, bus.name)])
+    if bus.database is None:
+        raise ValueError(f"can[name={bus.name}].database: missing, a DBC bus needs its file")
+    return DbcDecoder(bus.database, [part for one in thrusters if (part := _dbc(one, bus.name)) is not None])
+
+
+def mavlink_decoder(config: Config, mavlink: Mavlink) -> MavlinkDecoder:
+    """The decoder of the autopilot's link."""
+    thrusters = [_mavlink(one) for one in config.thruster if _uses(one, MAVLINK)]
+    return MavlinkDecoder(thrusters, own_component=mavlink.component_id, autopilot_system=mavlink.system_id)
+
+
+def refused_signals(bus: CanBus, thrusters: Sequence[Thruster]) -> Iterator[tuple[str, object, str]]:
+    """What a DBC bus cannot read of its thrusters, one by one: (key path, value, what the driver says)."""
+    for thruster in thrusters:
+        path = f"thruster[number={thruster.number}]"
+        for key in ("command", "rpm"):
+            source = getattr(thruster, key)
+            if source.link != bus.name or source.signal is None:
+                continue
+            try:
+                _try_signals(bus, thruster, key)
+            except ValueError as error:
+                yield f"{path}.{key}", source.model_dump(exclude_unset=True, exclude={"link"}), str(error)
+
+
+def _try_signals(bus: CanBus, thruster: Thruster, key: str) -> None:
+    part = _dbc_command(thruster) if key == "command" else _dbc_speed(thruster)
+    if bus.database is not None:
+        DbcDecoder(bus.database, [part])
+
+
+def _uses(thruster: Thruster, link: str) -> bool:
+    return link in (thruster.command.link, thruster.rpm.link)
+
+
+def _dronecan(thruster: Thruster, bus: CanBus) -> DroneCanThruster:
+    command, rpm = thruster.command, thruster.rpm
+    esc_index = command.esc_index if command.link == bus.name else rpm.esc_index
+    return DroneCanThruster(
+        thruster=thruster.number,
+        esc_index=esc_index or 0,
+        bidirectional_command=command.bidirectional,
+        reverse=command.reverse if command.link == bus.name else rpm.reverse,
+        signed=rpm.signed is not False,
+        node_id=rpm.node_id,
+    )
+
+
+def _dbc(thruster: Thruster, link: str) -> DbcThruster | None:
+    command = _dbc_command(thruster) if thruster.command.link == link else None
+    speed = _dbc_speed(thruster) if thruster.rpm.link == link else None
+    if command is None or speed is None:
+        return command or speed
+    return DbcThruster(
+        thruster=thruster.number,
+        command=command.command,
+        command_scale=command.command_scale,
+        speed=speed.speed,
+        speed_unit=speed.speed_unit,
+        pole_pairs=speed.pole_pairs,
+        signed=speed.signed,
+        reverse=speed.reverse,
+        voltage=speed.voltage,
+        current=speed.current,
+    )
+
+
+def _dbc_command(thruster: Thruster) -> DbcThruster:
+    source = thruster.command
+    return DbcThruster(thruster.number, command=source.signal, command_scale=command_scale(source))
+
+
+def _dbc_speed(thruster: Thruster) -> DbcThruster:
+    source = thruster.rpm
+    return DbcThruster(
+        thruster=thruster.number,
+        speed=source.signal,
+        speed_unit=source.unit,
+        pole_pairs=source.pole_pairs,
+        signed=source.signed is not False,
+        reverse=source.reverse,
+        voltage=source.voltage,
+        current=source.current,
+    )
+
+
+def _mavlink(thruster: Thruster) -> MavlinkThruster:
+    command, rpm = thruster.command, thruster.rpm
+    commanded, measured = command.link == MAVLINK, rpm.link == MAVLINK
+    return MavlinkThruster(
+        thruster=thruster.number,
+        servo_channel=command.servo_channel if commanded else None,
+        command_scale=command_scale(command) if commanded else None,
+        esc_index=rpm.esc_index if measured else None,
+        signed=bool(rpm.signed) and measured,
+        reverse=rpm.reverse and measured,
+        rpm_sensor=rpm.rpm_sensor if measured else None,
+    )
