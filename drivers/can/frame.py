@@ -15,7 +15,7 @@ def _check_identifier(name: str, identifier: int, extended: bool) -> None:
     limit = EXTENDED_MASK if extended else STANDARD_MASK
     if not 0 <= identifier <= limit:
         kind = "extended" if extended else "standard"
-        raise ValueError(f"{name} of an {kind} frame must lie in 0..{limit:#x}, got {identifier:#x}")
+        raise ValueError(f"{name} of a frame with {kind} identifier must lie in 0..{limit:#x}, got {identifier:#x}")
 
 
 @dataclass(frozen=True, slots=True)

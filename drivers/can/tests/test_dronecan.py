@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drivers.can.dronecan import DroneCanDecoder, DroneCanThruster, encode_esc_status, encode_raw_command
@@ -33,6 +33,7 @@ def only_status(decoder, values, node=20, transfer_id=0, time_s=5.0):
 
 
 @given(st.lists(st.integers(-8192, 8191), min_size=1, max_size=20), st.integers(0, 31))
+@settings(max_examples=40)
 def test_commands_of_the_package_become_fractions(values, transfer_id):
     decoder = DroneCanDecoder([DroneCanThruster(i + 1, i) for i in range(len(values))])
     frames = reference.encode(reference.esc.RawCommand(cmd=values), 10, transfer_id, time_s=3.0)
@@ -42,6 +43,7 @@ def test_commands_of_the_package_become_fractions(values, transfer_id):
 
 
 @given(st.integers(-30000, 30000), st.integers(0, 7), st.floats(4.0, 60.0, width=16), st.floats(-50, 50, width=16))
+@settings(max_examples=40)
 def test_status_of_the_package_becomes_a_report(speed_rpm, esc_index, voltage_v, current_a):
     decoder = DroneCanDecoder(EIGHT)
     values = status(esc_index, speed_rpm, voltage_v, current_a)

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drivers.can.dronecan_esc import (
@@ -46,12 +46,14 @@ def test_signatures_are_those_of_the_definitions():
 
 
 @given(commands, nodes, transfer_ids)
+@settings(max_examples=40)
 def test_raw_command_goes_out_as_the_package_sends_it(values, node, transfer_id):
     theirs = reference.encode(reference.esc.RawCommand(cmd=values), node, transfer_id)
     assert encode_raw_command(values, node, transfer_id, priority=16) == theirs
 
 
 @given(commands, nodes, transfer_ids)
+@settings(max_examples=40)
 def test_the_package_reads_our_raw_command(values, node, transfer_id):
     transfer = reference.decode(encode_raw_command(values, node, transfer_id))
     assert [int(value) for value in transfer.payload.cmd] == values
@@ -64,12 +66,14 @@ def test_commands_survive_packing(values):
 
 
 @given(finite_statuses, nodes, transfer_ids)
+@settings(max_examples=40)
 def test_status_goes_out_as_the_package_sends_it(values, node, transfer_id):
     theirs = reference.encode(reference.status(values), node, transfer_id)
     assert encode_esc_status(values, node, transfer_id) == theirs
 
 
 @given(statuses, nodes, transfer_ids)
+@settings(max_examples=40)
 def test_the_package_reads_our_status(values, node, transfer_id):
     payload = reference.decode(encode_esc_status(values, node, transfer_id)).payload
     assert (payload.error_count, payload.rpm) == (values.error_count, values.speed_rpm)
