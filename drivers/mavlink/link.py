@@ -55,6 +55,9 @@ class MavlinkLink:
         Args:
             on_bytes: called from the event loop with what was received, and its time on the clock.
             on_state: called when the link goes up or down, and once at the start.
+
+        Raises:
+            Exception: what a callback raised.
         """
         retry_s = RETRY_FIRST_S
         self._up = None
@@ -80,10 +83,14 @@ class MavlinkLink:
         lost: asyncio.Future[str] = asyncio.get_running_loop().create_future()
 
         def receive(data: bytes) -> None:
-            self._heard_s = self._clock.now()
-            self.received_bytes += len(data)
-            self._report(True, "", on_state)
-            on_bytes(data, self._heard_s)
+            try:
+                self._heard_s = self._clock.now()
+                self.received_bytes += len(data)
+                self._report(True, "", on_state)
+                on_bytes(data, self._heard_s)
+            except Exception as error:  # the caller's: it must end `run`, where asyncio would only log it
+                if not lost.done():
+                    lost.set_exception(error)
 
         def lose(reason: str) -> None:
             if not lost.done():

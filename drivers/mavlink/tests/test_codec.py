@@ -112,6 +112,13 @@ def test_global_position(latitude, longitude, altitude, north, east, down):
     assert position.velocity_mps == (north / 100, east / 100, down / 100)
 
 
+def test_latitude_and_longitude_zero_are_no_position():
+    decode = decoder()
+    message = dialect.MAVLink_global_position_int_message(1, 0, 0, -2000, -2000, 1, 2, 3, 0)
+    assert decode.decode(Peer().pack(message), 1.0) == []
+    assert decode.drops == {"no global position": 1}
+
+
 @given(st.lists(UINT16, min_size=16, max_size=16), st.sampled_from([0, 1]))
 def test_servo_output(pulses, port):
     thrusters = [thruster(i, servo_channel=i, command_scale=PWM) for i in range(1, 33)]
@@ -187,6 +194,12 @@ def test_speed_from_a_source_that_does_not_count():
         ]
 
 
+def test_a_new_speed_is_news_even_between_two_counted_packets():
+    decode, peer = decoder(thruster(esc_index=0)), Peer()
+    assert speeds(decode, peer.esc_telemetry(rpm=(900, 0, 0, 0))) == [900.0]
+    assert speeds(decode, peer.esc_telemetry(rpm=(950, 0, 0, 0))) == [950.0]
+
+
 def test_zero_current_means_something_only_from_an_esc_that_measures_it():
     decode, peer = decoder(thruster(esc_index=0)), Peer()
     currents = [
@@ -207,8 +220,8 @@ def test_esc_status_of_px4(rpm, voltage, current, group):
     for i, reading in enumerate(readings):
         direction = -1 if i % 2 else 1
         assert reading.speed_rpm == (direction * rpm[i] if abs(rpm[i]) < 65535 else None)
-        assert reading.voltage_v == (voltage[i] if 0.0 < voltage[i] < 655.34 else None)
-        assert reading.current_a is None or abs(current[i]) < 655.34
+        assert reading.voltage_v == (voltage[i] if 0.0 < voltage[i] < 655.35 else None)
+        assert reading.current_a is None or abs(current[i]) < 655.35
 
 
 def test_unsigned_esc_status_gives_the_magnitude():
@@ -294,6 +307,9 @@ def test_nothing_is_taken_before_the_first_heartbeat():
     assert decode.decode(peer.attitude(), 0.0) == []
     assert decode.drops == {"not our autopilot": 1}
     assert len(decode.decode(peer.heartbeat() + peer.attitude(), 0.1)) == 2
+    assert decode.decode(peer.acknowledgement(511, 0, 3, 192), 0.2) == [
+        CommandAcknowledgement(0.2, 3, 1, 511, 0, 255)
+    ]
     assert decode.autopilot_system == 3
 
 

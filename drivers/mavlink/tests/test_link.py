@@ -238,6 +238,28 @@ async def test_silence_is_down_and_a_word_is_up(monkeypatch):
     assert watcher.states[2].detail.startswith("silent")
 
 
+@pytest.mark.parametrize("endpoint", ["udpin", "tcp"])
+async def test_an_error_of_the_callers_ends_the_run_with_it(endpoint):
+    def broken(data, time_s):
+        raise ZeroDivisionError(data)
+
+    server = socket.create_server(("127.0.0.1", 0))
+    port = server.getsockname()[1]
+    link = MavlinkLink("vehicle", f"{endpoint}:127.0.0.1:{port}", Clock())
+    task = asyncio.create_task(link.run(broken, lambda state: None))
+    if endpoint == "tcp":
+        peer, _ = await asyncio.to_thread(server.accept)
+    else:
+        peer = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        peer.connect(("127.0.0.1", port))
+        await asyncio.sleep(0.1)
+    peer.send(b"x")
+    with pytest.raises(ZeroDivisionError):
+        await task
+    peer.close()
+    server.close()
+
+
 async def test_bytes_are_stamped_at_reception():
     clock, port = Clock(), free_port()
     async with Watcher(f"udpin:127.0.0.1:{port}") as watcher:

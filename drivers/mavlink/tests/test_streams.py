@@ -83,14 +83,14 @@ def test_answers_to_other_commands_and_unasked_answers_change_nothing():
 @pytest.mark.parametrize(
     "news",
     [
-        [AutopilotReboot(60.0, 1)],
-        [heartbeat(60.0)],  # the one before was at 0 s
-        [LinkState(60.0, "vehicle", False, "silent"), LinkState(60.0, "vehicle", True, ""), heartbeat(60.0)],
+        [AutopilotReboot(10.0, 1)],
+        [heartbeat(10.0)],  # the one before was at 0 s
+        [LinkState(10.0, "vehicle", False, "silent"), LinkState(10.0, "vehicle", True, ""), heartbeat(10.0)],
     ],
 )
 def test_a_restart_starts_over(news):
     requests = settled()
-    assert ids(requests.update(news, 60.0)) == [36]
+    assert ids(requests.update(news, 10.0)) == [36]
     assert not requests.accepted
 
 
