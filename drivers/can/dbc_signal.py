@@ -20,7 +20,7 @@ SENTINEL_BITS = 16
 
 
 class SignalReader:
-    """Reads one signal out of a message's data, some ten times as fast as the whole message is decoded by cantools.
+    """Reads one signal out of a message's data; signals that nobody wants are not decoded, and no value raises.
 
     Args:
         message: the message, as cantools read it.
