@@ -1,0 +1,1 @@
+"""Recorded series, played onto a bus at their own pace."""
