@@ -158,7 +158,7 @@ class ThrusterAligner:
         ValueError: a rate or time that is not positive and finite.
     """
 
-    def __init__(self, sample_rate_hz: float | None = None, gap_s: float = 1.0, stale_s: float = 1.0) -> None:
+    def __init__(self, sample_rate_hz: float | None = None, gap_s: float = 0.5, stale_s: float = 0.5) -> None:
         for name, value in (("sample_rate_hz", sample_rate_hz), ("gap_s", gap_s), ("stale_s", stale_s)):
             if value is not None and not (math.isfinite(value) and value > 0.0):
                 raise ValueError(f"{name} = {value!r}: want a positive, finite number")

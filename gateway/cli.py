@@ -112,14 +112,21 @@ def check(config: Path) -> None:
 
     Exit code 0: all is well; 1: something is not.
     """
+    settings = loaded(config)
+    click.echo(f"ok       {config}: {len(settings.thruster)} thrusters over {', '.join(settings.links())}")
+    if not _all_ok(settings):
+        raise click.exceptions.Exit(1)
+
+
+def _all_ok(settings: Config) -> bool:
     from gateway.check import checks
 
     logging.disable(logging.CRITICAL)  # what libraries log while they fail is in the results
-    settings = loaded(config)
-    click.echo(f"ok       {config}: {len(settings.thruster)} thrusters over {', '.join(settings.links())}")
-    results = []
-    for result in checks(settings):
-        click.echo(result.line())
-        results.append(result)
-    if not all(result.ok for result in results):
-        raise click.exceptions.Exit(1)
+    try:
+        results = []
+        for result in checks(settings):
+            click.echo(result.line())
+            results.append(result.ok)
+        return all(results)
+    finally:
+        logging.disable(logging.NOTSET)

@@ -113,8 +113,8 @@ class Align(Section):
     sample_rate_hz: Annotated[float, Field(gt=0, le=1000)] | None = Field(
         None, description="left out: learnt from the RPM"
     )
-    gap_s: Positive = Field(1.0, le=10, description="RPM reports further apart are not joined")
-    stale_s: Positive = Field(1.0, le=60, description="an older command gives no sample")
+    gap_s: Positive = Field(0.5, le=10, description="RPM reports further apart are not joined")
+    stale_s: Positive = Field(0.5, le=60, description="an older command gives no sample")
 
 
 class Supervisor(Section):

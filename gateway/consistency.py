@@ -80,7 +80,7 @@ def inconsistencies(
 
 def _named_links(tables: Mapping[str, Any]) -> set[str]:
     buses = tables.get("can", [])
-    names = {table.get("name") for table in buses if isinstance(table, dict)} if isinstance(buses, list) else set()
+    names = [table.get("name") for table in buses if isinstance(table, dict)] if isinstance(buses, list) else []
     return {name for name in names if isinstance(name, str)} | ({MAVLINK} if MAVLINK in tables else set())
 
 

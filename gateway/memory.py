@@ -33,7 +33,7 @@ class Memory:
         else:
             if foreign:
                 numbers = ", ".join(map(str, foreign))
-                self._set_aside(f"state {self._path} is of another configuration of thrusters {numbers}", keep=True)
+                self._set_aside(f"state {self._path} is of other thrusters {numbers}", keep=True)
 
     def store(self, pipeline: Pipeline) -> None:
         """Writes what the pipeline has learnt; a failure is logged once, until it works again."""

@@ -6,14 +6,15 @@ in replay, however often `advance` is called in between, and after `snapshot` an
 
 from __future__ import annotations
 
-import hashlib
 import pickle
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol, assert_never
 
 from detectors.thruster import ThrusterConfig, ThrusterDetector, ThrusterSample, ThrusterVerdict
+from detectors.thruster.wear import CommissionedCurve
 from detectors.verdict import Level
 from drivers.readings import (
     Attitude,
@@ -38,6 +39,11 @@ from gateway.timeline import Timeline
 class Detector(Protocol):
     """What the pipeline needs of a thruster detector."""
 
+    @property
+    def commissioned(self) -> CommissionedCurve | None:
+        """The curve that wear is measured against."""
+        ...
+
     def update(self, sample: ThrusterSample) -> ThrusterVerdict:
         """Judges one sample."""
         ...
@@ -45,6 +51,9 @@ class Detector(Protocol):
     def accept(self) -> None:
         """Makes today's curve the commissioned one."""
         ...
+
+
+DetectorFactory = Callable[[ThrusterConfig, CommissionedCurve | None], Detector]
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,12 +73,14 @@ class Learnt:
     """What survives a restart of the program, of one thruster.
 
     Attributes:
-        fingerprint: of the configuration that it was learnt under.
+        sources: where command and speed came from, and in which scale: what gives a curve its meaning.
+        settings: of detector and alignment: what gives the detector's memory its meaning.
         rate_hz: sample rate; None where it was not known yet.
-        detector: the detector, with its curves and its memory.
+        detector: the detector, with its commissioned curve and its memory.
     """
 
-    fingerprint: str
+    sources: str
+    settings: str
     rate_hz: float | None
     detector: Detector
 
@@ -77,14 +88,16 @@ class Learnt:
 class _Channel:
     """One thruster: where its readings come from, its aligner, its detector, and the newest judgement."""
 
-    def __init__(self, thruster: Thruster, config: Config, detector: Detector) -> None:
+    def __init__(self, thruster: Thruster, config: Config, make: DetectorFactory) -> None:
         align = config.align
         self.number = thruster.number
         self.command_link = thruster.command.link
         self.rpm_link = thruster.rpm.link
-        self.fingerprint = _fingerprint(thruster, config)
         self.aligner = ThrusterAligner(align.sample_rate_hz, align.gap_s, align.stale_s)
-        self.detector = detector
+        self.detector = make(config.detector, None)
+        self._remake = partial(make, config.detector)
+        self._sources = thruster.model_dump_json(exclude={"name"})
+        self._settings = f"{config.detector!r} {align.model_dump_json()}"
         self.newest: Judgement | None = None
 
     def judge(self, report: ThrusterReport) -> Iterator[Judgement]:
@@ -93,12 +106,18 @@ class _Channel:
             self.newest = Judgement(self.number, sample, self.detector.update(sample))
             yield self.newest
 
+    def learnt(self) -> Learnt:
+        return Learnt(self._sources, self._settings, self.aligner.rate_hz, self.detector)
 
-def _fingerprint(thruster: Thruster, config: Config) -> str:
-    # of everything that gives the learnt curves their meaning; a thruster's name does not
-    sources = thruster.model_dump_json(exclude={"name"})
-    parts = (sources, repr(config.detector), config.align.model_dump_json())
-    return hashlib.sha256("\n".join(parts).encode()).hexdigest()
+    def recall(self, old: Learnt) -> bool:
+        """Other settings leave only the commissioned curve of what was learnt, other sources nothing: False."""
+        if old.sources != self._sources:
+            return False
+        if old.settings == self._settings:
+            self.aligner.rate_hz, self.detector = old.rate_hz, old.detector
+        else:
+            self.detector = self._remake(old.detector.commissioned)
+        return True
 
 
 class Pipeline:
@@ -106,18 +125,16 @@ class Pipeline:
 
     Args:
         config: what to watch.
-        detector: makes a thruster's detector from its settings.
+        detector: makes a thruster's detector from its settings and its commissioned curve, if there is one.
 
     Attributes:
         newest: newest judgement by thruster number, None before the first.
     """
 
-    def __init__(self, config: Config, detector: Callable[[ThrusterConfig], Detector] = ThrusterDetector) -> None:
+    def __init__(self, config: Config, detector: DetectorFactory = ThrusterDetector) -> None:
         self._timeline = Timeline()
         self._drops: Counter[str] = Counter()
-        self._channels = {
-            thruster.number: _Channel(thruster, config, detector(config.detector)) for thruster in config.thruster
-        }
+        self._channels = {thruster.number: _Channel(thruster, config, detector) for thruster in config.thruster}
         self._silence = silence_watch(config)
         self._supervisor = supervisor(config)
 
@@ -164,22 +181,15 @@ class Pipeline:
 
     def learnt(self) -> dict[int, Learnt]:
         """What the next start of the program should know, by thruster number."""
-        return {
-            number: Learnt(channel.fingerprint, channel.aligner.rate_hz, channel.detector)
-            for number, channel in self._channels.items()
-        }
+        return {number: channel.learnt() for number, channel in self._channels.items()}
 
     def recall(self, learnt: Mapping[int, Learnt]) -> list[int]:
-        """Takes what an earlier run had learnt; returns the thrusters of which it fits this configuration not."""
-        foreign = []
-        for number, old in learnt.items():
-            channel = self._channels.get(number)
-            if channel is None or channel.fingerprint != old.fingerprint:
-                foreign.append(number)
-                continue
-            channel.aligner.rate_hz = old.rate_hz if channel.aligner.rate_hz is None else channel.aligner.rate_hz
-            channel.detector = old.detector
-        return foreign
+        """Takes what an earlier run had learnt; returns the thrusters that are now others, or no more there."""
+        return [
+            number
+            for number, old in learnt.items()
+            if number not in self._channels or not self._channels[number].recall(old)
+        ]
 
     def snapshot(self) -> bytes:
         """The whole state; `restore` goes on from it bit for bit. To be read only where it was written: a pickle."""

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
-from detectors.thruster import ThrusterConfig, ThrusterDetector
+from detectors.thruster import ThrusterDetector
 from detectors.verdict import Level
 from drivers.can.bus import CanLink
 from drivers.can.decoder import CanDecoder
@@ -26,7 +26,7 @@ from gateway.companion import Companion
 from gateway.config import CanBus, Config
 from gateway.findings import Finding, FindingsFile
 from gateway.memory import Memory
-from gateway.pipeline import Detector, Outcome, Pipeline
+from gateway.pipeline import DetectorFactory, Outcome, Pipeline
 from gateway.severity import Severity
 from gateway.wiring import can_decoder
 
@@ -83,7 +83,7 @@ async def run(
     observer: Observer | None = None,
     stop: asyncio.Event | None = None,
     accept: asyncio.Event | None = None,
-    detector: Callable[[ThrusterConfig], Detector] = ThrusterDetector,
+    detector: DetectorFactory = ThrusterDetector,
 ) -> Summary:
     """Watches until `stop` is set.
 
@@ -93,7 +93,7 @@ async def run(
         observer: gets every outcome in the event loop, in order: judgements, findings, and what is sent.
         stop: ends the run in order; None: it runs until it is cancelled.
         accept: the operator says that all thrusters are well as they are; it is cleared when that is done.
-        detector: makes a thruster's detector from its settings.
+        detector: makes a thruster's detector from its settings and its commissioned curve, if there is one.
 
     Returns:
         What the run came to.

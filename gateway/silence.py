@@ -49,6 +49,8 @@ class _Ear:
         self._silence_s = 0.0
 
     def hear(self, time_s: float) -> None:
+        if self._since_s is not None and time_s < self._since_s:
+            return  # late, and no news
         if self._heard and self.silent(time_s):
             self._silence_s = self.age_s(time_s)
         self._heard = True

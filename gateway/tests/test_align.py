@@ -27,7 +27,7 @@ def play(aligner: ThrusterAligner, events: list[tuple]) -> list[ThrusterSample]:
 
 def test_sample_stands_on_the_grid_and_speed_is_linear_between_the_reports_around_it():
     aligner = ThrusterAligner(sample_rate_hz=10)
-    samples = play(aligner, [("command", 0.5, 0.5), ("report", 0.95, 100.0), ("report", 1.15, 300.0)])
+    samples = play(aligner, [("command", 0.8, 0.5), ("report", 0.95, 100.0), ("report", 1.15, 300.0)])
     assert [s.time_s for s in samples] == [1.0, 1.1]
     assert [s.speed_rpm for s in samples] == pytest.approx([150.0, 250.0])
     assert [s.command for s in samples] == [0.5, 0.5]

@@ -1,0 +1,119 @@
+"""The command line: one line with the way out, never a traceback."""
+
+import os
+import signal
+import subprocess
+import sys
+from importlib.metadata import EntryPoint
+from pathlib import Path
+
+import click
+import pytest
+from click.testing import CliRunner
+
+from gateway.cli import load_plugin, main
+from gateway.logs import JournalFormatter, formatter
+from gateway.tests.conftest import TWO_THRUSTERS
+
+CAN_ONLY = TWO_THRUSTERS.replace('link = "mavlink", servo_channel = 3', 'link = "can0", esc_index = 1')
+
+
+def called(*arguments: str) -> tuple[int, str]:
+    result = CliRunner().invoke(main, list(arguments))
+    assert result.exception is None or isinstance(result.exception, SystemExit)
+    return result.exit_code, result.output
+
+
+@pytest.fixture
+def written(tmp_path) -> Path:
+    path = tmp_path / "gateway.toml"
+    path.write_text(TWO_THRUSTERS)
+    return path
+
+
+def test_version_and_help():
+    assert called("--version")[0] == 0
+    code, text = called("--help")
+    assert code == 0 and "run" in text and "check" in text
+
+
+@pytest.mark.parametrize("command", ["run", "check"])
+def test_config_with_problems_is_told_without_a_traceback(command, tmp_path):
+    path = tmp_path / "wrong.toml"
+    path.write_text(TWO_THRUSTERS.replace("esc_index = 1", "esc_idx = 1"))
+    code, text = called(command, str(path))
+    assert code == 1
+    assert "thruster[number=2].rpm.esc_idx" in text and "did you mean esc_index?" in text
+    assert "Traceback" not in text
+
+
+def test_config_that_is_not_there(tmp_path):
+    code, text = called("run", str(tmp_path / "none.toml"))
+    assert code == 1 and "cannot be read" in text
+
+
+def test_check_of_a_machine_that_can(written):
+    code, text = called("check", str(written))
+    assert code == 0, text
+    assert all(line.startswith("ok ") for line in text.splitlines())
+
+
+def test_check_says_how_to_mend_what_it_cannot(tmp_path):
+    path = tmp_path / "gateway.toml"
+    text = TWO_THRUSTERS.replace('"virtual"', '"socketcan"').replace('"gateway tests"', '"can7"')
+    text = text.replace("udpin:127.0.0.1:0", "serial:/dev/no-such-device:57600")
+    path.write_text(text + '[files]\nfindings = "no/findings.jsonl"')
+    (tmp_path / "thrusters.state").write_text("garbage")
+    code, told = called("check", str(path))
+    assert code == 1
+    lines = {line.split(":")[0].split()[1]: line for line in told.splitlines() if line.startswith("problem")}
+    assert set(lines) == {"can", "mavlink", "files.findings", "learnt"}
+    assert "name another channel" in lines["can"]
+    assert "is /dev/no-such-device connected" in lines["mavlink"]
+    assert "mkdir -p" in lines["files.findings"]
+    assert "set aside" in lines["learnt"]
+
+
+@pytest.mark.parametrize(
+    ("value", "reason"),
+    [("no_such_module_anywhere:command", "ModuleNotFoundError"), ("math:pi", "want a click command")],
+)
+def test_broken_plugin_says_so_in_one_line(value, reason):
+    command = load_plugin(EntryPoint("demo", value, "gateway.commands"))
+    result = CliRunner().invoke(command, ["--seconds", "3"])
+    assert result.exit_code == 1
+    assert result.output.startswith("Error: demo cannot be loaded from ") and reason in result.output
+    assert result.output.count("\n") == 1
+
+
+def test_good_plugin_is_the_command_itself():
+    assert load_plugin(EntryPoint("main", "gateway.cli:main", "gateway.commands")) is main
+    assert isinstance(main, click.Group)
+
+
+def test_run_as_a_process_stops_on_sigterm_with_a_summary_and_exit_code_0(tmp_path):
+    path = tmp_path / "gateway.toml"
+    path.write_text(CAN_ONLY)
+    environment = {**os.environ, "JOURNAL_STREAM": "1:2"}
+    command = [sys.executable, "-c", "from gateway.cli import main; main()", "run", str(path)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment) as process:
+        first = process.stderr.readline()
+        assert first == "<6>INFO watching Test vehicle: thrusters 1, 2 over can0, mavlink\n"
+        process.send_signal(signal.SIGUSR1)
+        process.send_signal(signal.SIGTERM)
+        rest = process.stderr.read()
+        assert process.wait(timeout=20) == 0
+    assert "stopping" in rest and "findings: none" in rest and "Traceback" not in rest
+    assert (tmp_path / "findings.jsonl").exists() and (tmp_path / "thrusters.state").exists()
+
+
+def test_findings_that_cannot_be_written_are_told(tmp_path):
+    path = tmp_path / "gateway.toml"
+    path.write_text(CAN_ONLY + '[files]\nfindings = "no/findings.jsonl"')
+    code, text = called("run", str(path))
+    assert code == 1 and "look at [files]" in text
+
+
+def test_lines_under_the_journal_have_a_priority_and_no_time():
+    assert isinstance(formatter(under_journal=True), JournalFormatter)
+    assert "%(asctime)s" in formatter(under_journal=False)._fmt

@@ -1,0 +1,206 @@
+"""The configuration: what is in the examples, and what is said of everything that is wrong."""
+
+from importlib.resources import files
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gateway import config as module
+from gateway.config import Config, load, parse
+from gateway.problems import ConfigError
+from gateway.tests.conftest import TWO_THRUSTERS
+from gateway.wiring import can_decoder, mavlink_decoder
+
+EXAMPLES = sorted(Path(str(files("gateway") / "examples")).glob("*.toml"))
+DBC = Path(str(files("gateway") / "examples" / "vendor_thruster.dbc"))
+
+
+def problems(text: str, folder: Path = Path("/nowhere")) -> dict[str, str]:
+    """What is wrong with a configuration text, by key path."""
+    with pytest.raises(ConfigError) as caught:
+        parse(text, folder)
+    return {problem.key: str(problem) for problem in caught.value.problems}
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_examples_load_and_give_decoders(path):
+    config = load(path)
+    assert len(config.thruster) == {"bluerov2_heavy_dronecan": 8, "pwm_mavlink_esc": 6, "vendor_dbc": 2}[path.stem]
+    assert all(can_decoder(bus, config.thruster).filters() for bus in config.can)
+    assert mavlink_decoder(config, config.mavlink).drops == {}
+
+
+def test_there_are_three_examples():
+    assert len(EXAMPLES) == 3
+
+
+def test_what_is_left_out_has_its_default(config):
+    assert config.mavlink.component_id == 192
+    assert config.mavlink.system_id is None
+    assert config.failsafe.thruster_fault == "warn"
+    assert config.supervisor.repeat_s == 30.0
+
+
+def test_defaults_of_the_first_example_are_the_defaults(tmp_path):
+    written, left_out = load(EXAMPLES[0]), parse(TWO_THRUSTERS.replace("[align]\nsample_rate_hz = 50", ""), tmp_path)
+    for section in ("align", "supervisor", "failsafe"):
+        assert getattr(written, section) == getattr(left_out, section)
+
+
+def test_paths_are_relative_to_the_file(config, tmp_path):
+    assert config.files.findings == tmp_path / "findings.jsonl"
+    assert load(EXAMPLES[2]).can[0].database == DBC
+
+
+def test_every_problem_is_told_in_one_go_with_its_key_the_value_and_what_would_be_right():
+    found = problems("""
+        colour = "yellow"
+        [vehicle]
+        [[can]]
+        name = "can0"
+        chanel = "can0"
+        protocol = "dronecn"
+        [[can]]
+        name = "can1"
+        interface = "sockecan"
+        channel = "can1"
+        protocol = "dronecan"
+        [mavlink]
+        endpoint = "udp:14550"
+        system_id = 255
+        [[thruster]]
+        number = 0
+        command = { link = "can1", esc_index = 1 }
+        rpm = { link = "can1", esc_index = 1 }
+        [[thruster]]
+        number = 2
+        command = { link = "can1", esc_index = 2 }
+        rpm = { link = "can7", esc_index = 2 }
+        [detector.thruster]
+        treshold_rpm = 80
+        order_max = 40
+        [align]
+        gap_s = -1
+        [failsafe]
+        thruster_fault = "explode"
+        """)
+    assert {
+        "colour",
+        "vehicle.name",
+        "can[name=can0].chanel",
+        "can[name=can0].channel",
+        "can[name=can0].protocol",
+        "can[name=can1].interface",
+        "mavlink.system_id",
+        "thruster[number=0].number",
+        "thruster[number=2].rpm.link",
+        "detector.thruster.treshold_rpm",
+        "detector.thruster.order_max",
+        "align.gap_s",
+        "failsafe.thruster_fault",
+    } <= set(found)
+    assert "did you mean channel?" in found["can[name=can0].chanel"]
+    assert "did you mean threshold_rpm?" in found["detector.thruster.treshold_rpm"]
+    assert found["align.gap_s"].startswith("align.gap_s = -1: should be greater than 0")
+    assert "want can0, can1, mavlink" in found["thruster[number=2].rpm.link"]
+    assert '"explode"' in found["failsafe.thruster_fault"] and "'surface'" in found["failsafe.thruster_fault"]
+    assert "did you mean socketcan?" in found["can[name=can1].interface"]
+
+
+def thruster(number: int, command: str, rpm: str) -> str:
+    return f"[[thruster]]\nnumber = {number}\ncommand = {{ {command} }}\nrpm = {{ {rpm} }}\n"
+
+
+ONE_CAN = '[vehicle]\nname = "x"\n[[can]]\nname = "can0"\nchannel = "can0"\nprotocol = "dronecan"\n'
+ESC = 'link = "can0", esc_index = {}'.format
+CLASHES = {
+    "number twice": (thruster(1, ESC(0), ESC(0)) + thruster(1, ESC(1), ESC(1)), "thruster[number=1].number"),
+    "esc twice": (thruster(1, ESC(0), ESC(0)) + thruster(2, ESC(0), ESC(0)), "thruster[number=2].command.esc_index"),
+    "esc of two": (thruster(1, ESC(0), ESC(1)), "thruster[number=1].rpm.esc_index"),
+    "directions": (thruster(1, ESC(0), ESC(0) + ", reverse = true"), "thruster[number=1].rpm.reverse"),
+    "no rpm": ("[[thruster]]\nnumber = 1\ncommand = { link = 'can0', esc_index = 0 }", "thruster[number=1].rpm"),
+    "no command": ("[[thruster]]\nnumber = 1\nrpm = { link = 'can0', esc_index = 0 }", "thruster[number=1].command"),
+    "no index": (thruster(1, 'link = "can0"', ESC(0)), "thruster[number=1].command.esc_index"),
+    "foreign key": (
+        thruster(1, ESC(0) + ", servo_channel = 1", ESC(0)),
+        "thruster[number=1].command.servo_channel",
+    ),
+    "no thruster": ("", "thruster"),
+    "no autopilot": (thruster(1, ESC(0), ESC(0)) + "[failsafe]\nthruster_fault = 'hold'", "failsafe.thruster_fault"),
+    "can twice": ('[[can]]\nname = "can0"\nchannel = "c"\nprotocol = "dronecan"', "can[name=can0].name"),
+    "a bus called mavlink": (
+        '[[can]]\nname = "mavlink"\nchannel = "c"\nprotocol = "dronecan"',
+        "can[name=mavlink].name",
+    ),
+    "database missing": ('[[can]]\nname = "a"\nchannel = "c"\nprotocol = "dbc"', "can[name=a].database"),
+    "no such database": (
+        '[[can]]\nname = "a"\nchannel = "c"\nprotocol = "dbc"\ndatabase = "no.dbc"',
+        "can[name=a].database",
+    ),
+    "bad endpoint": ('[mavlink]\nendpoint = "udp:14550"', "mavlink.endpoint"),
+    "servo twice": (
+        '[mavlink]\nendpoint = "udpin:127.0.0.1:1"\n'
+        + thruster(1, 'link = "mavlink", servo_channel = 1', ESC(0))
+        + thruster(2, 'link = "mavlink", servo_channel = 1', ESC(1)),
+        "thruster[number=2].command.servo_channel",
+    ),
+    "scale": (
+        '[mavlink]\nendpoint = "udpin:127.0.0.1:1"\n'
+        + thruster(1, 'link = "mavlink", servo_channel = 1, minimum = 1600', ESC(0)),
+        "thruster[number=1].command",
+    ),
+    "two speeds": (
+        '[mavlink]\nendpoint = "udpin:127.0.0.1:1"\n'
+        + thruster(1, ESC(0), 'link = "mavlink", esc_index = 0, rpm_sensor = 1'),
+        "thruster[number=1].rpm.esc_index",
+    ),
+    "not tables": ("thruster = 3", "thruster"),
+}
+
+
+@pytest.mark.parametrize("name", CLASHES)
+def test_clash(name):
+    text, key = CLASHES[name]
+    text = ONE_CAN + text if not text.startswith("thruster =") else text + "\n" + ONE_CAN
+    assert key in problems(text)
+
+
+def test_signal_that_the_database_does_not_have_is_named_with_the_nearest(tmp_path):
+    (tmp_path / "v.dbc").write_text(DBC.read_text())
+    text = Path(EXAMPLES[2]).read_text().replace("vendor_thruster.dbc", "v.dbc")
+    found = problems(text.replace("PortStatus.PulseRate", "PortStatus.PulsRate"), tmp_path)
+    assert list(found) == ["thruster[number=1].rpm"]
+    assert "PulseRate" in found["thruster[number=1].rpm"]
+
+
+@pytest.mark.parametrize("text", ["[vehicle", "vehicle = \x00"])
+def test_no_toml(text, tmp_path):
+    assert "not valid TOML" in next(iter(problems(text, tmp_path).values()))
+
+
+def test_file_that_is_not_there(tmp_path):
+    with pytest.raises(ConfigError, match="cannot be read"):
+        load(tmp_path / "missing.toml")
+
+
+def test_config_is_frozen(config):
+    with pytest.raises(AttributeError):
+        config.vehicle = None
+    with pytest.raises(ValueError, match="frozen"):
+        config.vehicle.name = "other"
+
+
+values = st.one_of(
+    st.integers(-3, 300), st.floats(), st.text("ab\"'.", max_size=3), st.booleans(), st.just([]), st.just({})
+)
+tables = st.dictionaries(
+    st.sampled_from(["name", "number", "link", "command", "rpm", "endpoint", "thruster"]), values
+)
+
+
+@given(st.dictionaries(st.sampled_from([*Config.__dataclass_fields__]), st.one_of(values, tables, st.lists(tables))))
+def test_no_table_whatever_raises_anything_but_config_error(data):
+    with pytest.raises(ConfigError):  # none of these is valid: there is no complete thruster
+        module._Parser(data, Path("/nowhere")).config("generated")

@@ -1,0 +1,219 @@
+"""The small parts: texts, findings, ticks, silence, state on disk."""
+
+import json
+import math
+import pickle
+import subprocess
+from collections import OrderedDict
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from detectors.thruster.sample import FaultKind, ThrusterSample
+from detectors.verdict import Level
+from drivers.readings import LinkState
+from gateway import state, texts
+from gateway.findings import Finding, FindingsFile
+from gateway.pipeline import Learnt
+from gateway.severity import Severity
+from gateway.silence import SilenceWatch, Watched
+from gateway.tests.conftest import ThresholdDetector, verdict
+from gateway.timeline import Timeline
+
+
+def words(number: int, speed_rpm: float, **fields: object) -> str:
+    sample, said = ThrusterSample(0.0, 0.5, speed_rpm), verdict(0.0, Level.FAULT, **fields)
+    return texts.fitted(f"T{number} {texts.thruster_trouble(said)}", texts.thruster_details(sample, said))
+
+
+@pytest.mark.parametrize(
+    ("text", "arguments"),
+    [
+        ("T3 entangled? 812 rpm, want 1043 (-22%)", (3, 812.4, FaultKind.ENTANGLED, 1043.0)),
+        ("T3 entangled? -812 rpm, want -1043 (-22%)", (3, -812.4, FaultKind.ENTANGLED, -1043.0)),
+        ("T1 propeller lost? 1300 rpm, want 1000 (+30%)", (1, 1300.0, FaultKind.PROPELLER_LOST, 1000.0)),
+        ("T12 blocked or dead? 0 rpm, want -2043 (-100%)", (12, 0.0, FaultKind.STOPPED, -2043.0)),
+        ("T2 RPM sensor? 500 rpm, want 0", (2, 500.0, FaultKind.SENSOR, 0.4)),
+        ("T2 dead? 0 rpm", (2, 0.0, FaultKind.DEAD, math.nan)),
+    ],
+)
+def test_thruster_texts(text, arguments):
+    number, speed_rpm, kind, predicted_rpm = arguments
+    assert words(number, speed_rpm, kind=kind, predicted_rpm=predicted_rpm) == text
+
+
+def test_wear_is_told_by_how_much():
+    assert words(3, 900.0, kind=FaultKind.WORN, wear=-0.13) == "T3 worn or fouled? -13% since commissioned"
+
+
+@given(
+    st.integers(1, 99),
+    st.floats(-1e7, 1e7),
+    st.floats(allow_nan=True),
+    st.sampled_from([kind for kind in FaultKind if kind]),
+    st.floats(allow_nan=True),
+)
+def test_thruster_text_always_fits_and_names_kind(number, speed_rpm, predicted_rpm, kind, wear):
+    text = words(number, speed_rpm, kind=kind, predicted_rpm=predicted_rpm, wear=wear)
+    assert len(text) <= 50 and text.startswith(f"T{number} {kind}?")
+
+
+FINDING = Finding(
+    1.7e9 + 1 / 3, "thruster", "thruster 3", Level.FAULT, 1.23456789, "T3 dead? 0 rpm", Severity.CRITICAL
+)
+
+
+def test_finding_is_one_line_of_json():
+    assert FINDING.json_line() == (
+        '{"time_s": 1700000000.333333, "detector": "thruster", "subject": "thruster 3", "level": "FAULT", '
+        '"score": 1.234568, "text": "T3 dead? 0 rpm", "severity": "CRITICAL"}'
+    )
+    silent = Finding(1.0, "link", "link can0", Level.SUSPECT, math.nan, "can0 silent 2.0 s", Severity.WARNING)
+    assert json.loads(silent.json_line())["score"] is None
+
+
+def test_findings_are_appended_and_a_line_cut_off_by_a_crash_is_closed(tmp_path):
+    path = tmp_path / "findings.jsonl"
+    path.write_bytes(b'{"time_s": 1.0, "detec')
+    with FindingsFile(path) as file:
+        file.append(FINDING)
+        assert path.read_bytes().endswith(FINDING.json_line().encode() + b"\n")  # before it is closed
+    with FindingsFile(path) as file:
+        file.append(FINDING)
+    assert path.read_text().splitlines()[1:] == [FINDING.json_line()] * 2
+
+
+@given(st.lists(st.floats(0.0, 20.0), min_size=1), st.lists(st.floats(0.0, 20.0)))
+def test_ticks_depend_on_the_last_time_only(times_s, more_s):
+    end_s = max(times_s)
+    sparse, dense = Timeline(), Timeline()
+    assert sparse.admits(0.0) and dense.admits(0.0)
+    expected = list(sparse.ticks(end_s))
+    given_out = [
+        tick for time_s in [*times_s, *(t for t in more_s if t <= end_s), end_s] for tick in dense.ticks(time_s)
+    ]
+    assert given_out == expected == [n / 10 for n in range(len(expected))]
+
+
+def test_single_far_time_is_refused_and_a_lasting_one_believed():
+    timeline = Timeline()
+    assert timeline.admits(100.0)
+    list(timeline.ticks(100.0))
+    assert not timeline.admits(1e9)
+    assert timeline.admits(101.0)
+    assert [timeline.admits(5000.0 + n) for n in range(6)] == [False] * 4 + [True] * 2
+    assert not timeline.admits(math.nan)
+    assert [timeline.admits(n) for n in range(10)] == [False] * 10  # back is never believed
+    assert timeline.drops == {"time far from the last": 15, "time not finite": 1}
+    assert list(timeline.ticks(5004.2)) == [5004.0, 5004.1, 5004.2]
+
+
+LINK = Watched("link", "link can0", "can0", "can0", 1.5)
+SIGNALS = [
+    Watched("signal", "thruster 1 rpm", "T1 RPM", "can0", 1.5),
+    Watched("signal", "thruster 1 command", "T1 command", "can0", 1.5, armed_only=True),
+]
+
+
+def levels(watch: SilenceWatch, time_s: float, disarmed: bool = False) -> dict[str, tuple[Level, str]]:
+    return {seen.subject: (seen.level, seen.text()) for seen in watch.judge(time_s, disarmed)}
+
+
+def heard(watch: SilenceWatch, time_s: float, *subjects: str) -> None:
+    watch.hear_link("can0", time_s)
+    for subject in subjects:
+        watch.hear_signal(subject, time_s)
+
+
+def test_silent_signal_is_told_while_its_link_is_alive():
+    watch = SilenceWatch([LINK], SIGNALS)
+    levels(watch, 0.0)
+    for tick in range(1, 21):
+        heard(watch, tick / 10, *["thruster 1 command"], *["thruster 1 rpm"] * (tick <= 4))
+        seen = levels(watch, tick / 10)
+    assert seen == {
+        "link can0": (Level.NORMAL, "can0 ok"),
+        "thruster 1 rpm": (Level.SUSPECT, "T1 RPM silent 1.6 s"),
+        "thruster 1 command": (Level.NORMAL, "T1 command ok"),
+    }
+
+
+def test_silent_link_is_told_and_not_each_of_its_signals():
+    watch = SilenceWatch([LINK], SIGNALS)
+    levels(watch, 0.0)
+    heard(watch, 0.1, "thruster 1 rpm", "thruster 1 command")
+    told = set()
+    for tick in range(2, 40):
+        told |= {seen for seen in levels(watch, tick / 10).items() if seen[1][0] is Level.SUSPECT}
+    assert {subject for subject, _ in told} == {"link can0"}
+    heard(watch, 4.0, "thruster 1 rpm")  # back: the command, last heard long ago, gets its time
+    assert levels(watch, 4.0)["thruster 1 command"][0] is Level.NORMAL
+    assert levels(watch, 4.0)["link can0"] == (Level.NORMAL, "can0 ok: after 3.9 s")
+
+
+def test_command_is_not_missed_while_disarmed():
+    watch = SilenceWatch([LINK], SIGNALS)
+    for tick in range(0, 100):
+        heard(watch, tick / 10, "thruster 1 rpm")
+        assert "thruster 1 command" not in levels(watch, tick / 10, disarmed=True)
+    assert levels(watch, 10.0, disarmed=False).get("thruster 1 command", (Level.NORMAL,))[0] is Level.NORMAL
+
+
+def test_what_was_never_heard_is_missed_after_a_while():
+    watch = SilenceWatch([LINK], [])
+    watch.link_state(LinkState(0.0, "can0", False, "no such CAN interface"))
+    assert levels(watch, 0.0) == levels(watch, 4.9) == {}
+    assert levels(watch, 5.1) == {"link can0": (Level.SUSPECT, "can0 down: no such CAN interface")}
+
+
+def test_link_that_goes_down_is_told_at_once():
+    watch = SilenceWatch([LINK], SIGNALS)
+    heard(watch, 0.0)
+    levels(watch, 0.0)
+    watch.link_state(LinkState(0.1, "can0", False, "bus-off"))
+    assert levels(watch, 0.1) == {"link can0": (Level.SUSPECT, "can0 down: bus-off")}
+    watch.link_state(LinkState(0.2, "can0", True, ""))
+    assert levels(watch, 0.2)["link can0"][0] is Level.NORMAL
+
+
+def learnt() -> dict[int, Learnt]:
+    detector = ThresholdDetector()
+    detector.memory = OrderedDict(curve=np.arange(3.0), generator=np.random.default_rng(1), level=Level.FAULT)
+    return {3: Learnt("sources", "settings", 50.0, detector)}
+
+
+def test_state_comes_back_whole(tmp_path):
+    path = tmp_path / "state"
+    state.save(path, learnt())
+    back = state.load(path)[3]
+    assert (back.sources, back.rate_hz) == ("sources", 50.0)
+    assert back.detector.memory["curve"].tolist() == [0.0, 1.0, 2.0]
+    assert back.detector.memory["generator"].random() == np.random.default_rng(1).random()
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_no_state_is_nothing_learnt(tmp_path):
+    assert state.load(tmp_path / "none") == {}
+
+
+class Evil:
+    def __reduce__(self):
+        return subprocess.check_output, (["true"],)
+
+
+@pytest.mark.parametrize("content", [{3: "text"}, [1], {3: Evil()}, {3: pickle.dumps}, {3: np.save}])
+def test_state_with_something_else_inside_is_refused(content):
+    with pytest.raises(state.StateError):
+        state.unpack(state.pack(content))
+
+
+@given(st.binary(max_size=60), st.integers(0, 2000), st.integers(0, 255))
+def test_damaged_state_is_refused(garbage, place, byte):
+    whole = state.pack(learnt())
+    place %= len(whole)
+    damaged = whole[:place] + bytes([byte]) + whole[place + 1 :]
+    for data in (garbage, damaged if damaged != whole else b"", whole[:place]):
+        with pytest.raises(state.StateError):
+            state.unpack(data)

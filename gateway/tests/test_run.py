@@ -1,0 +1,231 @@
+"""The running gateway against a CAN bus and an autopilot on the loopback."""
+
+import asyncio
+import contextlib
+import json
+import logging
+import math
+import socket
+from collections.abc import AsyncIterator
+from dataclasses import replace
+
+import can
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from drivers.can.dronecan import EscStatus, encode_esc_status, encode_raw_command
+from drivers.clock import Clock
+from gateway import state
+from gateway.config import Config, parse
+from gateway.pipeline import Judgement
+from gateway.run import run
+from gateway.tests.conftest import FULL_RPM, TWO_THRUSTERS, ThresholdDetector
+
+PERIOD_S = 0.02
+
+
+class Vehicle:
+    """Two thrusters on a virtual CAN bus, and an armed ArduSub over UDP that accepts every command."""
+
+    def __init__(self, port: int) -> None:
+        self.share = 1.0  # of its speed that thruster 2 still reaches
+        self.bus = can.Bus(interface="virtual", channel="gateway tests")
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.setblocking(False)
+        self.gateway = ("127.0.0.1", port)
+        self.mavlink = dialect.MAVLink(None, srcSystem=1, srcComponent=1)
+        self.texts: list[tuple[int, str]] = []
+        self.states: list[int] = []
+        self.commands: list[tuple[int, float, float]] = []
+
+    async def live(self) -> None:
+        """One step each 20 ms until it is cancelled."""
+        n = 0
+        try:
+            while True:
+                self.step(n)
+                n += 1
+                await asyncio.sleep(PERIOD_S)
+        finally:
+            self.bus.shutdown()
+            self.socket.close()
+
+    def step(self, n: int) -> None:
+        fraction = 0.5 + 0.2 * math.sin(0.02 * n)
+        command = round(8191 * fraction)
+        frames = encode_raw_command([command, command], 10, n % 32)
+        for index, share in enumerate((1.0, self.share)):
+            status = EscStatus(0, 16.0, 3.0, 300.0, round(share * FULL_RPM * fraction), 50, index)
+            frames += encode_esc_status(status, 20 + index, n % 32)
+        for frame in frames:
+            self.bus.send(can.Message(arbitration_id=frame.identifier, data=frame.data, is_extended_id=True))
+        pulses = [1500] * 8
+        pulses[2] = round(1500 + 400 * fraction)
+        self.send(dialect.MAVLink_servo_output_raw_message(n * 20_000 + 1, 0, *pulses, *[0] * 8))
+        if n % 10 == 0:
+            self.send(dialect.MAVLink_heartbeat_message(12, 3, 0x81, 19, 4, 3))
+        self.receive()
+
+    def send(self, message: dialect.MAVLink_message) -> None:
+        self.socket.sendto(message.pack(self.mavlink), self.gateway)
+        self.mavlink.seq = (self.mavlink.seq + 1) % 256
+
+    def receive(self) -> None:
+        with contextlib.suppress(BlockingIOError):
+            while True:
+                for message in self.mavlink.parse_buffer(self.socket.recv(2048)) or []:
+                    self.take(message)
+
+    def take(self, message: dialect.MAVLink_message) -> None:
+        assert (message.get_srcSystem(), message.get_srcComponent()) == (1, 192)
+        match message.get_type():
+            case "STATUSTEXT":
+                self.texts.append((message.severity, message.text))
+            case "HEARTBEAT":
+                self.states.append(message.system_status)
+            case "COMMAND_LONG":
+                self.commands.append((message.command, message.param1, message.param2))
+                self.send(dialect.MAVLink_command_ack_message(message.command, 0))
+
+
+def free_port() -> int:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+async def until(condition, seconds: float = 10.0) -> None:
+    async with asyncio.timeout(seconds):
+        while not condition():  # noqa: ASYNC110  what is awaited is another program's doing
+            await asyncio.sleep(0.02)
+
+
+@contextlib.asynccontextmanager
+async def vehicle(port: int) -> AsyncIterator[Vehicle]:
+    simulated = Vehicle(port)
+    task = asyncio.create_task(simulated.live())
+    try:
+        yield simulated
+    finally:
+        task.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await task
+
+
+@pytest.fixture
+def port() -> int:
+    return free_port()
+
+
+@pytest.fixture
+def live_config(tmp_path, port) -> Config:
+    text = TWO_THRUSTERS.replace("udpin:127.0.0.1:0", f"udpin:127.0.0.1:{port}")
+    return parse(text + '[failsafe]\nthruster_fault = "hold"\n[files]\nsave_every_s = 1', tmp_path)
+
+
+async def test_fault_on_the_bus_arrives_as_statustext_and_failsafe(live_config, port, caplog):
+    caplog.set_level(logging.INFO, "gateway")
+    stop, outcomes, clock = asyncio.Event(), [], Clock()
+    async with vehicle(port) as simulated:
+        running = asyncio.create_task(
+            run(live_config, clock=clock, observer=outcomes.append, stop=stop, detector=ThresholdDetector)
+        )
+        judged = lambda: sum(isinstance(outcome, Judgement) for outcome in outcomes)  # noqa: E731
+        await until(lambda: judged() > 200)
+        assert simulated.texts == []
+        simulated.share, start_s = 0.7, clock.now()
+        await until(lambda: simulated.texts)
+        assert clock.now() - start_s < 1.0
+        await until(lambda: 5 in simulated.states and len(simulated.texts) >= 2)
+        stop.set()
+        summary = await running
+    assert simulated.texts[0][0] == 2 and simulated.texts[0][1].startswith("T2 entangled? ")
+    assert simulated.texts[1] == (4, "T2 failsafe hold: accepted")
+    assert (176, 1.0, 2.0) in simulated.commands
+    assert {command for command, *_ in simulated.commands} == {511, 176}
+    assert simulated.states[0] == 4 and simulated.states[-1] == 5
+    assert summary.levels["thruster 2"].name == "FAULT" and summary.findings["FAULT"] == 1
+    assert summary.frames["can0"] > 500 and summary.frames["mavlink"] > 50
+    lines = [json.loads(line) for line in live_config.files.findings.read_text().splitlines()]
+    (fault,) = [line for line in lines if line["level"] == "FAULT"]
+    assert (fault["subject"], fault["text"], fault["severity"]) == ("thruster 2", simulated.texts[0][1], "CRITICAL")
+    assert sorted(state.load(live_config.files.state)) == [1, 2]
+    assert any("autopilot ArduSub, system 1" in record.message for record in caplog.records)
+    assert any("thruster 2: T2 entangled?" in record.message for record in caplog.records)
+
+
+async def test_next_run_knows_what_the_last_one_learnt(live_config, port):
+    async def one_run(samples: int) -> list[Judgement]:
+        stop, judgements = asyncio.Event(), []
+        observe = lambda outcome: judgements.append(outcome) if isinstance(outcome, Judgement) else None  # noqa: E731
+        async with vehicle(port):
+            running = asyncio.create_task(run(live_config, observer=observe, stop=stop, detector=ThresholdDetector))
+            await until(lambda: len(judgements) > samples)
+            stop.set()
+            await running
+        return judgements
+
+    first = await one_run(150)
+    second = await one_run(20)
+    assert first[0].verdict.level.name == "UNKNOWN"
+    assert {judgement.verdict.level.name for judgement in second} == {"NORMAL"}
+
+
+async def test_corrupt_state_is_set_aside_and_not_fatal(live_config, caplog):
+    live_config.files.state.write_bytes(b"garbage")
+    stop = asyncio.Event()
+    stop.set()
+    summary = await run(live_config, stop=stop, detector=ThresholdDetector)
+    assert summary.duration_s < 5.0
+    assert (live_config.files.state.parent / "thrusters.state.aside").read_bytes() == b"garbage"
+    assert any("kept as thrusters.state.aside" in record.message for record in caplog.records)
+    assert sorted(state.load(live_config.files.state)) == [1, 2]
+
+
+async def test_state_that_cannot_be_saved_is_told_once_and_not_fatal(live_config, tmp_path, caplog):
+    elsewhere = replace(live_config, files=live_config.files.model_copy(update={"state": tmp_path / "no" / "state"}))
+    stop = asyncio.Event()
+    stop.set()
+    await run(elsewhere, stop=stop, detector=ThresholdDetector)
+    assert sum("cannot be saved" in record.message for record in caplog.records) == 1
+
+
+async def test_operator_accepts(live_config, port):
+    stop, accept, outcomes = asyncio.Event(), asyncio.Event(), []
+    async with vehicle(port) as simulated:
+        running = asyncio.create_task(
+            run(live_config, observer=outcomes.append, stop=stop, accept=accept, detector=ThresholdDetector)
+        )
+        await until(lambda: len(outcomes) > 200)
+        simulated.share = 0.7
+        await until(lambda: simulated.texts)
+        accept.set()
+        await until(lambda: (5, "T2 fault cleared: operator accepted") in simulated.texts)
+        stop.set()
+        await running
+
+
+async def test_summary_names_what_was_dropped(live_config, port):
+    stop = asyncio.Event()
+    async with vehicle(port) as simulated:
+        running = asyncio.create_task(run(live_config, stop=stop, detector=ThresholdDetector))
+        await until(lambda: len(simulated.states) > 1)
+        garbage = can.Message(arbitration_id=0x10040A16, data=bytes([1, 2, 3, 0xE0]), is_extended_id=True)
+        simulated.bus.send(garbage)
+        await asyncio.sleep(0.1)
+        stop.set()
+        summary = await running
+    assert sum(summary.drops["can0"].values()) >= 1
+    assert any(line.startswith("dropped at can0: ") for line in summary.lines())
+
+
+async def test_no_task_is_left_behind(live_config):
+    before = asyncio.all_tasks()
+    stop = asyncio.Event()
+    running = asyncio.create_task(run(live_config, stop=stop, detector=ThresholdDetector))
+    await asyncio.sleep(0.3)
+    names = {task.get_name() for task in asyncio.all_tasks() - before - {running}}
+    assert {"link can0", "link mavlink", "pipeline", "ticker", "state saver", "operator"} <= names
+    stop.set()
+    await running
+    assert asyncio.all_tasks() == before
