@@ -49,8 +49,9 @@ def nearest_rate_hz(report_rate_hz: float) -> float:
     return float(fitting[-1] if fitting else RATES_HZ[0])
 
 
-def _is_time(time_s: float) -> bool:
-    return abs(time_s) < TIME_LIMIT_S  # False for NaN
+def is_time(time_s: float) -> bool:
+    """False for what cannot be a time stamp, in seconds: NaN, infinity, or thousands of years away."""
+    return abs(time_s) < TIME_LIMIT_S
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,7 +176,7 @@ class ThrusterAligner:
 
     def command(self, time_s: float, fraction: float) -> None:
         """Takes a command, -1.0 to 1.0, that holds from `time_s` on."""
-        if not (_is_time(time_s) and math.isfinite(fraction)):
+        if not (is_time(time_s) and math.isfinite(fraction)):
             self.drops["command not finite"] += 1
         elif not self._command.append(time_s, fraction):
             self.drops["command time ran backwards"] += 1
@@ -189,7 +190,7 @@ class ThrusterAligner:
     ) -> list[ThrusterSample]:
         """Takes a report; gives out the samples that it completes, oldest first, at most `gap_s * rate_hz` + 1."""
         samples: list[ThrusterSample] = []
-        if not _is_time(time_s):
+        if not is_time(time_s):
             self.drops["report not finite"] += 1
             return samples
         if speed_rpm is not None:

@@ -149,7 +149,7 @@ class _Session:
         self._companion = Companion(config, clock, self._take) if config.mavlink else None
         self._start_s = clock.now()
         self._counts: Counter[str] = Counter()
-        self._overload: Counter[str] = Counter()
+        self._lost: Counter[str] = Counter()
 
     async def run(self, stop: asyncio.Event, accept: asyncio.Event) -> Summary:
         self._memory.recall(self._pipeline)
@@ -199,7 +199,7 @@ class _Session:
         try:
             self._waiting.put_nowait(work)
         except asyncio.QueueFull:
-            self._overload["machine too slow"] += readings
+            self._lost["machine too slow"] += readings
 
     async def _judge(self) -> None:
         while True:
@@ -212,8 +212,17 @@ class _Session:
         outcomes = [outcome for work in batch for outcome in work()]
         for outcome in outcomes:
             if isinstance(outcome, Finding):
-                self._findings.append(outcome)
+                self._record(outcome)
         return outcomes
+
+    def _record(self, finding: Finding) -> None:
+        """A full disk must not end the watch: pilot and autopilot are told all the same."""
+        try:
+            self._findings.append(finding)
+        except OSError as error:
+            if not self._lost["finding not written"]:
+                log.error("findings cannot be written to %s: %s", self._config.files.findings, error)
+            self._lost["finding not written"] += 1
 
     def _tell(self, outcomes: Iterable[Outcome]) -> None:
         for outcome in outcomes:
@@ -267,7 +276,7 @@ class _Session:
         if self._companion is not None:
             drops["mavlink"] = self._companion.drops()
             frames["mavlink"] = self._companion.received
-        drops["pipeline"] = self._pipeline.drops() + self._overload
+        drops["pipeline"] = self._pipeline.drops() + self._lost
         duration_s = self._clock.now() - self._start_s
         return Summary(duration_s, frames, drops, self._counts, self._pipeline.levels())
 

@@ -6,6 +6,8 @@ import math
 from collections import Counter
 from collections.abc import Iterator
 
+from gateway.align import is_time
+
 TICKS_PER_S = 10
 # A time this far from the last one is a corrupt stamp, or a real break in a recording. A corrupt one stands alone.
 JUMP_S = 600.0
@@ -17,7 +19,8 @@ class Timeline:
 
     The grid (every 0.1 s, counted from the epoch) depends on the times alone, not on how often somebody asks.
 
-    A time more than 600 s away is refused; five such in a row that agree with each other, ahead, are believed.
+    The first is believed. A later one more than 600 s away is refused; five such in a row that agree with each other,
+    and lie ahead, are believed.
 
     Attributes:
         drops: refused times by cause.
@@ -32,8 +35,8 @@ class Timeline:
 
     def admits(self, time_s: float) -> bool:
         """False, and counted, for a time that is not to be believed."""
-        if not math.isfinite(time_s):
-            self.drops["time not finite"] += 1
+        if not is_time(time_s):
+            self.drops["no time"] += 1
             return False
         if self._newest_s is None:
             self._start(time_s)

@@ -8,6 +8,7 @@ import math
 import socket
 from collections.abc import AsyncIterator
 from dataclasses import replace
+from pathlib import Path
 
 import can
 import pytest
@@ -17,6 +18,7 @@ from drivers.can.dronecan import EscStatus, encode_esc_status, encode_raw_comman
 from drivers.clock import Clock
 from gateway import state
 from gateway.config import Config, parse
+from gateway.findings import Finding
 from gateway.pipeline import Judgement
 from gateway.run import run
 from gateway.tests.conftest import FULL_RPM, TWO_THRUSTERS, ThresholdDetector
@@ -188,6 +190,19 @@ async def test_state_that_cannot_be_saved_is_told_once_and_not_fatal(live_config
     stop.set()
     await run(elsewhere, stop=stop, detector=ThresholdDetector)
     assert sum("cannot be saved" in record.message for record in caplog.records) == 1
+
+
+async def test_full_disk_does_not_end_the_watch(live_config, port, caplog):
+    full = replace(live_config, files=live_config.files.model_copy(update={"findings": Path("/dev/full")}))
+    stop, found = asyncio.Event(), []
+    observe = lambda outcome: found.append(outcome) if isinstance(outcome, Finding) else None  # noqa: E731
+    async with vehicle(port):
+        running = asyncio.create_task(run(full, observer=observe, stop=stop, detector=ThresholdDetector))
+        await until(lambda: len(found) >= 2)
+        stop.set()
+        summary = await running
+    assert summary.drops["pipeline"]["finding not written"] >= 2
+    assert sum("cannot be written" in record.message for record in caplog.records) == 1
 
 
 async def test_operator_accepts(live_config, port):
