@@ -1,0 +1,5 @@
+"""`gateway demo`: the real gateway against an embedded simulated vehicle that gets weeds into a thruster."""
+
+from hil_tests.demo.command import demo
+
+__all__ = ["demo"]

@@ -17,6 +17,8 @@ from hil_tests.demo.record import Happening, Judged, Summary
 
 STYLES = {Level.UNKNOWN: "dim", Level.NORMAL: "green", Level.SUSPECT: "bold yellow", Level.FAULT: "bold white on red"}
 LOG_LINES = 12
+# Together within a terminal of 80 characters; the widest level is "FAULT propeller lost".
+COLUMNS = {"": 3, "command": 7, "RPM": 6, "predicted": 9, "residual": 8, "limit": 5, "level": 20}
 PLAIN_EVERY_S = 5.0
 
 
@@ -112,10 +114,8 @@ def heading(view: View) -> Text:
 def thruster_table(view: View) -> Table:
     """One row a thruster."""
     table = Table(expand=False)
-    table.add_column("thruster", justify="right")
-    for column in ("command", "RPM", "predicted", "residual", "threshold"):
-        table.add_column(column, justify="right", min_width=9)
-    table.add_column("level", min_width=24)
+    for column, width in COLUMNS.items():
+        table.add_column(column, width=width, justify="left" if column == "level" else "right", no_wrap=True)
     for thruster, one in view.judged.items():
         table.add_row(f"T{thruster}", *_numbers(one), _level(one))
     return table
@@ -150,12 +150,16 @@ def summary_lines(summary: Summary, start_s: float) -> list[tuple[str, str]]:
         ("STATUSTEXT at the autopilot", _at(summary.text_s, start_s)),
         ("failsafe message at the autopilot", _at(summary.command_s, start_s)),
         ("from RPM to STATUSTEXT", f"{summary.latency_s:.2f} s" if isfinite(summary.latency_s) else "-"),
-        ("false alarms", "; ".join(summary.false_alarms) or "none"),
+        ("false alarms", _listed(summary.false_alarms)),
     ]
     lines += [(what, f"{count}") for what, count in summary.counts.items()]
     lines.append(("processor load of all", f"{100.0 * summary.load:.0f} % of one core"))
     lines.append(("result", "passed" if summary.passed else "FAILED"))
     return lines
+
+
+def _listed(alarms: Sequence[str]) -> str:
+    return f"{len(alarms)}: {'; '.join(alarms)}" if alarms else "none"
 
 
 def _at(time_s: float, start_s: float) -> str:
@@ -173,7 +177,7 @@ def _numbers(one: Judged) -> tuple[str, ...]:
 
 def _level(one: Judged) -> Text:
     words = [one.verdict.level.name, str(one.verdict.kind), "" if one.verdict.kind else one.verdict.reason]
-    return Text("  ".join(word for word in words if word), style=STYLES[one.verdict.level])
+    return Text(" ".join(word for word in words if word), style=STYLES[one.verdict.level])
 
 
 def _levels(view: View) -> str:

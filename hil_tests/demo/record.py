@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from math import nan
+from math import inf, nan
 
 from detectors.thruster.sample import ThrusterSample, ThrusterVerdict
 from detectors.verdict import Level
@@ -38,6 +38,10 @@ class Recording:
     def latest(self) -> dict[int, Judged]:
         """The newest of every thruster, by its number."""
         return {thruster: history[-1] for thruster, history in sorted(self.judged.items())}
+
+    def counts(self) -> dict[str, int]:
+        """How much there is."""
+        return {"samples judged": sum(len(history) for history in self.judged.values())}
 
     def first_fault_s(self, thruster: int, since_s: float) -> float:
         """When the detector first said FAULT of a thruster from a time on; NaN if it never did."""
@@ -159,7 +163,8 @@ def _false_alarms(recording: Recording, alarms: Iterable[ReceivedText], truth: T
     for text in alarms:
         if not truth.explains(text):
             yield f'STATUSTEXT "{text.text}"'
-    for thruster, history in recording.judged.items():
-        true_from_s = truth.onset_s if thruster == truth.thruster else float("inf")
-        if any(one.verdict.level is Level.FAULT and one.sample.time_s < true_from_s for one in history):
-            yield f"FAULT of thruster {thruster}"
+    for thruster in recording.judged:
+        true_from_s = truth.onset_s if thruster == truth.thruster else inf
+        false_s = recording.first_fault_s(thruster, -inf)
+        if false_s < true_from_s and not any(f"T{thruster} " in text.text for text in alarms):
+            yield f"FAULT of thruster {thruster}, not told"

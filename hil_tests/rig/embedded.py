@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from types import TracebackType
+from typing import Any
 
 import can
 
@@ -12,7 +13,7 @@ from hil_tests.rig.ardusub import ArduSub
 from hil_tests.rig.autopilot import AutopilotPeer, Notes, Telemetry
 from hil_tests.rig.esc import CommandNode, EscBank, raw_command_filter
 from hil_tests.rig.faults import InjectedFault
-from hil_tests.rig.pilot import Pilot, Sticks
+from hil_tests.rig.pilot import WORKING, DrivingStyle, Pilot, Sticks
 from hil_tests.rig.vehicle import Vehicle, mix
 
 STEP_S = 0.01
@@ -33,13 +34,13 @@ class EmbeddedVehicle:
         interface: python-can's name of the interface, "virtual" or "socketcan".
         channel: of that interface.
         gateway: host and port on which the gateway listens for MAVLink.
-        now: clock, in seconds; every time that this class takes or gives is of this clock.
+        now: clock, in unix seconds; every time that this class takes or gives is of this clock.
         seed: of the pilot and of all noise.
         faults: what happens to which thruster (from 1), in seconds since the start.
-        gain: how far the pilot moves the sticks, 0 to 1.
+        style: how the pilot drives.
 
     Raises:
-        ValueError: a fault names a thruster that is not there, or `gain` is out of range.
+        ValueError: a fault names a thruster that is not there.
         can.CanError: there is no such bus.
     """
 
@@ -52,18 +53,21 @@ class EmbeddedVehicle:
         now: Callable[[], float],
         seed: int = 0,
         faults: Mapping[int, Sequence[InjectedFault]] | None = None,
-        gain: float = 0.5,
+        style: DrivingStyle = WORKING,
     ) -> None:
         self._now = now
         self._start_s = now()
         self._steps = 0
         self._commands = mix(Sticks())
-        self._pilot = Pilot(seed, gain)
+        self._pilot = Pilot(seed, style)
         self._ardusub = ArduSub()
         self.vehicle = Vehicle(STEP_S, seed, faults)
         self.shown_s: dict[int, float] = {}
+        # A real ESC keeps its pace whatever this process does, and the kernel stamps what it sends. So that the
+        # scheduler's pauses do not pass for jitter of the motors, frames on a virtual bus bear the rig's own time.
+        options: dict[str, Any] = {"preserve_timestamps": True} if interface == "virtual" else {}
         self._buses = [
-            can.Bus(channel=channel, interface=interface, can_filters=filters)
+            can.Bus(channel=channel, interface=interface, can_filters=filters, **options)
             for filters in ([NOTHING], [raw_command_filter()])
         ]
         self._command_node = CommandNode(self._buses[0])
@@ -120,14 +124,15 @@ class EmbeddedVehicle:
         self._autopilot.exchange(time_s, Telemetry(boot_s, self.vehicle.hull.motion, self._commands))
 
     def _step(self, since_start_s: float) -> None:
+        time_s = self._start_s + since_start_s
         sticks = self._pilot.sticks(since_start_s)
         self._commands = mix(self._ardusub.demand(sticks, self.vehicle.hull.motion))
         if self._steps % STEPS_PER_REPORT == 0:
-            self._command_node.publish(since_start_s, self._commands)
-        self.vehicle.step(since_start_s, self._escs.commands(since_start_s))
+            self._command_node.publish(time_s, self._commands)
+        self.vehicle.step(since_start_s, self._escs.commands(time_s))
         if self._steps % STEPS_PER_REPORT == 1:
-            self._escs.report(since_start_s, STEPS_PER_REPORT * STEP_S)
-        self._note_showing(self._start_s + since_start_s)
+            self._escs.report(time_s, STEPS_PER_REPORT * STEP_S)
+        self._note_showing(time_s)
         self._steps += 1
 
     def _note_showing(self, time_s: float) -> None:

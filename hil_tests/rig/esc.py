@@ -50,8 +50,8 @@ class DroneCanPort:
         self.sent: Counter[str] = Counter()
         self.dropped = 0
 
-    def broadcast(self, message: Any, source_node: int) -> None:
-        """Send one message from a node, in as many frames as it takes."""
+    def broadcast(self, time_s: float, message: Any, source_node: int) -> None:
+        """Send one message from a node, in as many frames as it takes, stamped where the bus keeps stamps."""
         data_type = transport.get_dronecan_data_type(message)
         key = source_node, data_type.default_dtid
         transfer = transport.Transfer(
@@ -62,7 +62,7 @@ class DroneCanPort:
         )
         self._next_transfer_id[key] = (self._next_transfer_id[key] + 1) % 32
         for frame in transfer.to_frames():
-            self._bus.send(can.Message(arbitration_id=frame.message_id, data=frame.bytes, is_extended_id=True))
+            self._bus.send(can.Message(timestamp=time_s, arbitration_id=frame.message_id, data=frame.bytes))
         self.sent[data_type.full_name] += 1
 
     def receive(self) -> list[Any]:
@@ -124,10 +124,10 @@ class CommandNode:
     def publish(self, time_s: float, commands: Sequence[float]) -> None:
         """Send one command of -1 to 1 per thruster, and the node's own status when it is due."""
         self.port.broadcast(
-            RAW_COMMAND(cmd=[round(command * RAW_FULL_SCALE) for command in commands]), AUTOPILOT_NODE
+            time_s, RAW_COMMAND(cmd=[round(command * RAW_FULL_SCALE) for command in commands]), AUTOPILOT_NODE
         )
         if self._status.due(time_s):
-            self.port.broadcast(self._status.message(time_s), AUTOPILOT_NODE)
+            self.port.broadcast(time_s, self._status.message(time_s), AUTOPILOT_NODE)
 
 
 class EscBank:
@@ -163,10 +163,10 @@ class EscBank:
     def report(self, time_s: float, window_s: float) -> None:
         """Send the esc.Status of every thruster, and each node's own status when it is due."""
         for index in range(THRUSTERS):
-            self.port.broadcast(self._esc_status(index, window_s), FIRST_ESC_NODE + index)
+            self.port.broadcast(time_s, self._esc_status(index, window_s), FIRST_ESC_NODE + index)
         if self._status.due(time_s):
             for index in range(THRUSTERS):
-                self.port.broadcast(self._status.message(time_s), FIRST_ESC_NODE + index)
+                self.port.broadcast(time_s, self._status.message(time_s), FIRST_ESC_NODE + index)
 
     def _esc_status(self, index: int, window_s: float) -> Any:
         measured = self._vehicle.thrusters[index].measure(window_s)

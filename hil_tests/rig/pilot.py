@@ -57,12 +57,14 @@ class StickHand:
 
     Args:
         seed: what the hand does.
-        gain: how far it moves the stick at most (a pilot's gain setting), 0 to 1.
+        centre: what it plays around.
+        gain: how far from there it moves the stick at most.
         start_s: when it begins, from rest.
     """
 
-    def __init__(self, seed: np.random.SeedSequence, gain: float, start_s: float = 0.0) -> None:
+    def __init__(self, seed: np.random.SeedSequence, centre: float, gain: float, start_s: float = 0.0) -> None:
         self._random = np.random.default_rng(seed)
+        self._centre = centre
         self._gain = gain
         self._movement = self._next(start_s, 0.0)
 
@@ -76,26 +78,46 @@ class StickHand:
     def _next(self, start_s: float, begins_at: float) -> _Movement:
         gesture = Gesture(int(self._random.integers(1, len(Gesture) + 1)))
         length_s = float(self._random.uniform(SHORTEST_GESTURE_S, LONGEST_GESTURE_S))
-        leads_to = self._gain * float(self._random.uniform(-1.0, 1.0))
+        leads_to = self._centre + self._gain * float(self._random.uniform(-1.0, 1.0))
         return _Movement(gesture, start_s, start_s + length_s, begins_at, leads_to)
 
 
+@dataclass(frozen=True, slots=True)
+class DrivingStyle:
+    """How a pilot drives: where the sticks are on average, and how far they are moved from there at most.
+
+    Raises:
+        ValueError: together they would move a stick beyond its end.
+    """
+
+    centre: Sticks
+    gain: Sticks
+
+    def __post_init__(self) -> None:
+        for name, centre, gain in zip(AXES, astuple(self.centre), astuple(self.gain), strict=True):
+            if gain < 0.0 or abs(centre) + gain > 1.0:
+                raise ValueError(f"{name}: centre {centre} with gain {gain}: want a stick within -1 to 1")
+
+
+AXES = ("forward", "right", "down", "yaw")
+# Back and forth on all axes: every thruster turns both ways, through its dead band, all the time.
+WORKING = DrivingStyle(Sticks(), Sticks(0.5, 0.5, 0.5, 0.5))
+# Under way: mostly ahead, holding a light vehicle down, correcting with the rest.
+CRUISING = DrivingStyle(Sticks(forward=0.45, down=0.3), Sticks(0.2, 0.1, 0.2, 0.1))
+
+
 class Pilot:
-    """All four sticks, lively enough that every thruster sees most of its range within some seconds.
+    """All four sticks, lively enough that every thruster sees much of its range within some seconds.
 
     Args:
         seed: what the pilot does.
-        gain: how far the sticks move at most, 0 to 1.
-
-    Raises:
-        ValueError: `gain` is not within 0 to 1.
+        style: how.
     """
 
-    def __init__(self, seed: int, gain: float = 0.5) -> None:
-        if not 0.0 <= gain <= 1.0:
-            raise ValueError(f"gain = {gain}: want 0 to 1")
-        axes = np.random.SeedSequence(seed).spawn(len(astuple(Sticks())))
-        self._hands = [StickHand(axis, gain) for axis in axes]
+    def __init__(self, seed: int, style: DrivingStyle = WORKING) -> None:
+        seeds = np.random.SeedSequence(seed).spawn(len(AXES))
+        settings = zip(seeds, astuple(style.centre), astuple(style.gain), strict=True)
+        self._hands = [StickHand(*setting) for setting in settings]
 
     def sticks(self, time_s: float) -> Sticks:
         """Where the sticks are; `time_s` must not go back."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hil_tests.rig.faults import FaultType, InjectedFault
-from hil_tests.rig.pilot import Pilot, Sticks
+from hil_tests.rig.pilot import CRUISING, DrivingStyle, Pilot, Sticks
 from hil_tests.rig.vehicle import THRUSTERS, Battery, Hull, Motion, Vehicle, mix
 
 PERIOD_S = 0.01
@@ -92,17 +92,24 @@ def test_a_fault_on_a_thruster_that_is_not_there_is_refused():
 
 def test_the_pilot_is_lively_steady_handed_and_the_same_for_the_same_seed():
     def sticks(seed):
-        pilot = Pilot(seed, gain=0.6)
+        pilot = Pilot(seed)
         return np.array([[s.forward, s.right, s.down, s.yaw] for s in map(pilot.sticks, np.arange(0.0, 30.0, 0.02))])
 
     first = sticks(4)
     assert np.array_equal(first, sticks(4))
     assert not np.array_equal(first, sticks(5))
-    assert np.abs(first).max() <= 0.6
+    assert np.abs(first).max() <= 0.5
     assert np.all(first.std(axis=0) > 0.1)
     assert np.abs(np.diff(first, axis=0)).max() < 0.2
 
 
-def test_a_gain_beyond_one_is_refused():
-    with pytest.raises(ValueError, match=r"gain = 1.5: want 0 to 1"):
-        Pilot(0, gain=1.5)
+def test_under_way_the_pilot_keeps_ahead():
+    pilot = Pilot(4, CRUISING)
+    forward = np.array([pilot.sticks(time_s).forward for time_s in np.arange(0.0, 30.0, 0.02)])
+    assert np.all(forward[200:] > 0.2)
+    assert forward.std() > 0.05
+
+
+def test_a_stick_beyond_its_end_is_refused():
+    with pytest.raises(ValueError, match=r"right: centre 0\.6 with gain 0\.5: want a stick within -1 to 1"):
+        DrivingStyle(Sticks(right=0.6), Sticks(0.1, 0.5, 0.1, 0.1))

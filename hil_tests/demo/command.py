@@ -1,0 +1,195 @@
+"""The command `gateway demo`: starts rig and gateway in one process, shows what happens, sums up."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import signal
+import socket
+import time
+from collections.abc import Iterator
+from math import nan
+from pathlib import Path
+
+import click
+from rich.console import Console
+
+from drivers.clock import Clock
+from gateway.pipeline import Judgement, Outcome
+from gateway.run import Summary as GatewaySummary
+from gateway.run import run
+from hil_tests.demo.configuration import write_config
+from hil_tests.demo.display import Display, LiveDisplay, PlainDisplay, View, closing_table
+from hil_tests.demo.plot import draw
+from hil_tests.demo.record import Recording, Summary, Truth, happenings, summarize
+from hil_tests.rig.embedded import EmbeddedVehicle
+from hil_tests.rig.faults import FaultType, InjectedFault
+from hil_tests.rig.pilot import CRUISING
+
+CHANNEL = "gateway-demo"
+ENTANGLED = 3
+# Weeds wind themselves up within a second and take a quarter of the full-throttle speed.
+WEEDS_RAMP_S = 1.0
+WEEDS_SEVERITY = 0.25
+# Until then the detector learns.
+LATEST_ONSET_S = 25.0
+ONSET_SHARE = 0.6
+FRAMES_PER_SECOND = 4
+PLOT_FILE = "demo.png"
+LOG_FILE = "gateway.log"
+
+
+@click.command()
+@click.option("--seconds", type=click.FloatRange(min=5.0), default=45.0, show_default=True, help="How long it lasts.")
+@click.option("--out", type=click.Path(file_okay=False, path_type=Path), default=Path("out/demo"), show_default=True,
+              help="Folder for plot, findings and configuration.")  # fmt: skip
+@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Of pilot and noise.")
+@click.option("--fault-at", type=click.FloatRange(min=0.0), help="Second at which weeds catch thruster 3.")
+@click.option("--plain", is_flag=True, help="Lines of text instead of a live table.")
+def demo(seconds: float, out: Path, seed: int, fault_at: float | None, plain: bool) -> None:
+    """Show the gateway at work on a simulated vehicle: weeds in thruster 3, and how the autopilot is told.
+
+    Exit code 0: the fault was found and there was no false alarm; else 1.
+    """
+    console = Console()
+    out.mkdir(parents=True, exist_ok=True)
+    display: Display = PlainDisplay(console) if plain or not console.is_terminal else LiveDisplay(console)
+    onset_s = fault_at if fault_at is not None else min(LATEST_ONSET_S, ONSET_SHARE * seconds)
+    demonstration = Demonstration(out, seconds, seed, onset_s)
+    summary = demonstration.run(display)
+    console.print(closing_table(summary, demonstration.start_s))
+    console.print(f"plot: {demonstration.plot}", soft_wrap=True, markup=False, highlight=False)
+    raise SystemExit(0 if summary.passed else 1)
+
+
+class Demonstration:
+    """One run of rig and gateway together.
+
+    Args:
+        folder: for all files; exists.
+        seconds: how long it lasts.
+        seed: of pilot and noise.
+        onset_s: when weeds catch, from the start.
+    """
+
+    def __init__(self, folder: Path, seconds: float, seed: int, onset_s: float) -> None:
+        self.plot = folder / PLOT_FILE
+        self._folder = folder
+        self._seconds = seconds
+        self._clock = Clock()
+        self._recording = Recording()
+        port = _free_udp_port()
+        self._config = write_config(folder, CHANNEL, port)
+        self._vehicle = EmbeddedVehicle(
+            interface="virtual",
+            channel=CHANNEL,
+            gateway=("127.0.0.1", port),
+            now=self._clock.now,
+            seed=seed,
+            faults={ENTANGLED: [_weeds(onset_s)]},
+            style=CRUISING,
+        )
+        self.start_s = self._vehicle.start_s
+        self._onset_s = self.start_s + onset_s
+
+    def run(self, display: Display) -> Summary:
+        """Run it to its end, or to Ctrl-C; draw the plot and sum up."""
+        began_s, used_s = time.monotonic(), time.process_time()
+        with _logging_to(self._folder / LOG_FILE), self._vehicle, display:
+            watched = asyncio.run(self._drive(display))
+        lasted_s = time.monotonic() - began_s
+        summary = summarize(
+            self._recording,
+            self._vehicle.notes,
+            self._truth(),
+            lasted_s=lasted_s,
+            counts=self._recording.counts() | _counts(watched),
+            load=(time.process_time() - used_s) / lasted_s,
+        )
+        draw(self.plot, self._recording, summary, self.start_s)
+        return summary
+
+    async def _drive(self, display: Display) -> GatewaySummary:
+        stop = asyncio.Event()
+        with _stopping_on_interrupt(stop):
+            async with asyncio.TaskGroup() as group:
+                gateway = group.create_task(
+                    run(self._config, clock=self._clock, observer=self._observe, stop=stop), name="gateway"
+                )
+                group.create_task(self._show(display, stop), name="display")
+        return gateway.result()
+
+    def _observe(self, outcome: Outcome) -> None:
+        if isinstance(outcome, Judgement):
+            self._recording.add(outcome.thruster, outcome.sample, outcome.verdict)
+
+    async def _show(self, display: Display, stop: asyncio.Event) -> None:
+        while not stop.is_set() and (since_s := self._clock.now() - self.start_s) < self._seconds:
+            display.show(self._view(since_s))
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(stop.wait(), 1.0 / FRAMES_PER_SECOND)
+        stop.set()
+        display.show(self._view(min(self._clock.now() - self.start_s, self._seconds)))
+
+    def _view(self, since_s: float) -> View:
+        return View(
+            since_s=since_s,
+            lasts_s=self._seconds,
+            start_s=self.start_s,
+            mode=self._vehicle.mode,
+            voltage_v=self._vehicle.vehicle.battery.voltage_v,
+            judged=self._recording.latest(),
+            happenings=happenings(self._vehicle.notes, self._truth()),
+        )
+
+    def _truth(self) -> Truth:
+        return Truth(ENTANGLED, self._onset_s, self._vehicle.shown_s.get(ENTANGLED, nan))
+
+
+@contextlib.contextmanager
+def _logging_to(path: Path) -> Iterator[None]:
+    """The gateway's own log goes into a file: on the terminal it would tear the table apart."""
+    handler = logging.FileHandler(path, mode="w", encoding="utf-8")
+    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
+    root = logging.getLogger()
+    level = root.level
+    root.addHandler(handler)
+    root.setLevel(logging.INFO)
+    try:
+        yield
+    finally:
+        root.setLevel(level)
+        root.removeHandler(handler)
+        handler.close()
+
+
+@contextlib.contextmanager
+def _stopping_on_interrupt(stop: asyncio.Event) -> Iterator[None]:
+    """Ctrl-C ends the run as its time being over would: with plot and summary."""
+    loop = asyncio.get_running_loop()
+    loop.add_signal_handler(signal.SIGINT, stop.set)
+    try:
+        yield
+    finally:
+        loop.remove_signal_handler(signal.SIGINT)
+
+
+def _counts(watched: GatewaySummary) -> dict[str, int]:
+    received = {f"received on {link}": count for link, count in sorted(watched.frames.items())}
+    dropped = {
+        f"dropped at {place}: {cause}": count
+        for place, causes in watched.drops.items()
+        for cause, count in causes.items()
+    }
+    return received | (dropped or {"dropped": 0})
+
+
+def _weeds(onset_s: float) -> InjectedFault:
+    return InjectedFault(type=FaultType.ENTANGLED, onset_s=onset_s, ramp_s=WEEDS_RAMP_S, severity=WEEDS_SEVERITY)
+
+
+def _free_udp_port() -> int:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
+        link.bind(("127.0.0.1", 0))
+        return int(link.getsockname()[1])
