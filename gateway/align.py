@@ -15,8 +15,10 @@ their own jitter. A detector wants samples that are evenly spaced, so for each t
 - **Staleness.** No sample where the newest command is older than `stale_s`, nor where commands do not cover the whole
   period: what the motor was told is then not known.
 - **Rate.** As configured, or learnt from the first `RATE_REPORTS` intervals of the reports: the largest of `RATES_HZ`
-  that is not above 1.1 times the median report rate. While learning, no samples. Once known it stays: a learnt delay
-  in samples would lose its meaning with another period.
+  that is not above 1.1 times the median rate of the reports, nor of the commands. (A command that is told 20 times a
+  second is known to 50 ms, and finer samples would only show that as an error of the thruster's timing. Commands that
+  come less than 10 times a second count as 10: those may be sent on change only, and are exact.) While learning, no
+  samples. Once known the rate stays: a learnt delay in samples would lose its meaning with another period.
 - **Time running backwards.** A command older than the last one, or a report not newer than the last one, is refused
   and counted in `drops`; so is a value that is not finite. Nothing here raises on data.
 """
@@ -35,6 +37,7 @@ from detectors.thruster.sample import ThrusterSample
 RATES_HZ = (1, 2, 4, 5, 10, 20, 25, 40, 50, 100, 200)
 RATE_REPORTS = 50
 RATE_TOLERANCE = 1.1
+COMMAND_RATE_MIN_HZ = 10.0
 
 # ArduPilot's own limit for ESC telemetry other than RPM (AP_ESC_Telem: RPM 1 s, the rest 5 s)
 TELEMETRY_HOLD_S = 5.0
@@ -70,17 +73,16 @@ class HeldCommand:
         self._keep_s = keep_s
         self._points: deque[_Point] = deque()
 
-    def append(self, time_s: float, value: float) -> bool:
-        """Takes the newest command; False, and nothing changed, where it is older than the one before."""
-        if self._points:
-            newest = self._points[-1]
-            if time_s < newest.time_s:
-                return False
-            if time_s - newest.time_s > self._stale_s:
-                self._points.clear()  # what was told in between is not known
+    def append(self, time_s: float, value: float) -> float | None:
+        """Takes the newest command; seconds since the one before, None and nothing changed where it is older."""
+        interval_s = time_s - self._points[-1].time_s if self._points else 0.0
+        if interval_s < 0.0:
+            return None
+        if interval_s > self._stale_s:
+            self._points.clear()  # what was told in between is not known
         self._points.append(_Point(time_s, value))
         self.forget_before(time_s - self._keep_s)
-        return True
+        return interval_s
 
     def mean(self, start_s: float, end_s: float) -> float | None:
         """Mean over `(start_s, end_s]`; None where the interval is not covered or the command is stale at its end."""
@@ -114,17 +116,25 @@ class HeldCommand:
 
 
 class RateLearner:
-    """The sample rate that suits the reports, from the median of their first intervals."""
+    """The sample rate that suits reports and commands, from the medians of their first intervals."""
 
     def __init__(self) -> None:
-        self._intervals_s: list[float] = []
+        self._commands_s: list[float] = []
+        self._reports_s: list[float] = []
 
-    def update(self, interval_s: float) -> float | None:
-        """Takes one interval in seconds (> 0); the rate in Hz once there were enough of them, else None."""
-        self._intervals_s.append(interval_s)
-        if len(self._intervals_s) < RATE_REPORTS:
+    def command(self, interval_s: float) -> None:
+        """Takes the interval between two commands, in seconds."""
+        self._commands_s.append(interval_s)
+
+    def report(self, interval_s: float) -> float | None:
+        """Takes the interval between two reports; the rate in Hz once there were enough of them, else None."""
+        self._reports_s.append(interval_s)
+        if len(self._reports_s) < RATE_REPORTS:
             return None
-        return nearest_rate_hz(1.0 / median(self._intervals_s))
+        return nearest_rate_hz(1.0 / max(median(self._reports_s), self._command_interval_s()))
+
+    def _command_interval_s(self) -> float:
+        return min(median(self._commands_s), 1.0 / COMMAND_RATE_MIN_HZ) if self._commands_s else 0.0
 
 
 class _Held:
@@ -178,8 +188,10 @@ class ThrusterAligner:
         """Takes a command, -1.0 to 1.0, that holds from `time_s` on."""
         if not (is_time(time_s) and math.isfinite(fraction)):
             self.drops["command not finite"] += 1
-        elif not self._command.append(time_s, fraction):
+        elif (interval_s := self._command.append(time_s, fraction)) is None:
             self.drops["command time ran backwards"] += 1
+        elif self.rate_hz is None and interval_s > 0.0:
+            self._learner.command(interval_s)
 
     def report(
         self,
@@ -211,7 +223,7 @@ class ThrusterAligner:
         if before is None or time_s - before.time_s > self._gap_s:
             return []
         if self.rate_hz is None:
-            self.rate_hz = self._learner.update(time_s - before.time_s)
+            self.rate_hz = self._learner.report(time_s - before.time_s)
             return []
         return list(self._samples_between(before, now, self.rate_hz))
 

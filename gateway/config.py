@@ -111,7 +111,7 @@ class Align(Section):
     """`[align]`: how commands and speeds become evenly spaced samples, see `gateway.align`."""
 
     sample_rate_hz: Annotated[float, Field(gt=0, le=1000)] | None = Field(
-        None, description="left out: learnt from the RPM"
+        None, description="left out: learnt from RPM and commands"
     )
     gap_s: Positive = Field(0.5, le=10, description="RPM reports further apart are not joined")
     stale_s: Positive = Field(0.5, le=60, description="an older command gives no sample")

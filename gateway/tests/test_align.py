@@ -98,6 +98,15 @@ def test_rate_is_learnt_from_the_first_reports_and_then_kept():
     assert aligner.rate_hz == 50
 
 
+@pytest.mark.parametrize(("commands_hz", "rate_hz"), [(100, 50), (50, 50), (20, 20), (10, 10), (3, 10)])
+def test_learnt_rate_is_not_above_that_of_the_commands_but_for_rare_ones(commands_hz, rate_hz):
+    aligner = ThrusterAligner()
+    commands = [("command", n / commands_hz, 0.1) for n in range(4 * commands_hz)]
+    reports = [("report", n / 50, 7.0) for n in range(200)]
+    play(aligner, sorted([*commands, *reports], key=lambda event: event[1]))
+    assert aligner.rate_hz == rate_hz
+
+
 @pytest.mark.parametrize(
     ("reports_hz", "rate_hz"), [(0.2, 1), (1, 1), (9.2, 10), (9.0, 5), (50, 50), (46, 50), (999, 200)]
 )

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from detectors.thruster import ThrusterConfig, ThrusterDetector
 from detectors.thruster.sample import FaultKind, ThrusterSample
 from detectors.verdict import Level
 from drivers.readings import LinkState
@@ -192,6 +193,20 @@ def test_state_comes_back_whole(tmp_path):
     assert back.detector.memory["curve"].tolist() == [0.0, 1.0, 2.0]
     assert back.detector.memory["generator"].random() == np.random.default_rng(1).random()
     assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("method", [{}, {"dynamics": False, "search": "swarm", "threshold_rpm": 80.0}])
+def test_real_detector_comes_back_from_disk_and_goes_on_the_same(method):
+    detector = ThrusterDetector(ThrusterConfig(**method))
+    chance = np.random.default_rng(5)
+    commands = 0.55 + 0.3 * np.sin(np.arange(800) / 15.0)
+    samples = [ThrusterSample(n / 50, u, 3000.0 * u + chance.normal(0.0, 5.0)) for n, u in enumerate(commands)]
+    for sample in samples[:700]:
+        detector.update(sample)
+    back = state.unpack(state.pack({1: Learnt("", "", 50.0, detector)}))[1].detector
+    assert [repr(back.update(sample)) for sample in samples[700:]] == [
+        repr(detector.update(sample)) for sample in samples[700:]
+    ]
 
 
 def test_no_state_is_nothing_learnt(tmp_path):

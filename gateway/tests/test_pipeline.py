@@ -147,7 +147,7 @@ def test_snapshot_of_something_else_is_refused():
 def test_what_was_learnt_is_recalled_where_it_fits(config):
     learning = replace(config, align=config.align.model_copy(update={"sample_rate_hz": None}))
     old, new = pipeline(learning), pipeline(learning)
-    play(old, drive(4.0))
+    play(old, drive(8.0))
     assert new.recall(old.learnt()) == []
     outcomes = play(new, drive(1.0, start_s=START_S + 1000.0))
     verdicts = [outcome.verdict.level for outcome in outcomes if isinstance(outcome, Judgement)]
