@@ -22,7 +22,7 @@ from gateway.run import run
 from hil_tests.demo.configuration import write_config
 from hil_tests.demo.display import Display, LiveDisplay, PlainDisplay, View, closing_table
 from hil_tests.demo.plot import draw
-from hil_tests.demo.record import Recording, Summary, Truth, happenings, summarize
+from hil_tests.demo.record import Judged, Recording, Summary, Truth, happenings, summarize
 from hil_tests.rig.embedded import EmbeddedVehicle
 from hil_tests.rig.faults import FaultType, InjectedFault
 from hil_tests.rig.pilot import CRUISING
@@ -122,7 +122,7 @@ class Demonstration:
 
     def _observe(self, outcome: Outcome) -> None:
         if isinstance(outcome, Judgement):
-            self._recording.add(outcome.thruster, outcome.sample, outcome.verdict)
+            self._recording.add(outcome.thruster, Judged(outcome.sample, outcome.verdict), self._clock.now())
 
     async def _show(self, display: Display, stop: asyncio.Event) -> None:
         while not stop.is_set() and (since_s := self._clock.now() - self.start_s) < self._seconds:

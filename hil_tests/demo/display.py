@@ -153,6 +153,7 @@ def summary_lines(summary: Summary, start_s: float) -> list[tuple[str, str]]:
         ("false alarms", _listed(summary.false_alarms)),
     ]
     lines += [(what, f"{count}") for what, count in summary.counts.items()]
+    lines.append(("judged at most", f"{summary.judged_late_s:.2f} s late"))
     lines.append(("processor load of all", f"{100.0 * summary.load:.0f} % of one core"))
     lines.append(("result", "passed" if summary.passed else "FAILED"))
     return lines

@@ -27,13 +27,20 @@ class Judged:
 
 @dataclass(slots=True)
 class Recording:
-    """Every sample and verdict by thruster, in order of time."""
+    """Every sample and verdict by thruster, in order of time.
+
+    Attributes:
+        judged: by the thruster's number.
+        latest_s: how long after its own time a sample was judged, at worst.
+    """
 
     judged: dict[int, list[Judged]] = field(default_factory=dict)
+    latest_s: float = 0.0
 
-    def add(self, thruster: int, sample: ThrusterSample, verdict: ThrusterVerdict) -> None:
-        """Append what the gateway saw and said."""
-        self.judged.setdefault(thruster, []).append(Judged(sample, verdict))
+    def add(self, thruster: int, judged: Judged, time_s: float) -> None:
+        """Append what the gateway saw and said, and when it did."""
+        self.judged.setdefault(thruster, []).append(judged)
+        self.latest_s = max(self.latest_s, time_s - judged.sample.time_s)
 
     def latest(self) -> dict[int, Judged]:
         """The newest of every thruster, by its number."""
@@ -118,6 +125,7 @@ class Summary:
         command_s: failsafe message at the autopilot.
         false_alarms: alarms at the autopilot, and thrusters called faulty, that were not true.
         counts: frames, samples, drops and the like, by name.
+        judged_late_s: how long after its own time a sample was judged, at worst: the machine's margin.
         load: processor time over time, 1.0 = one core.
     """
 
@@ -128,6 +136,7 @@ class Summary:
     command_s: float
     false_alarms: tuple[str, ...]
     counts: Mapping[str, int]
+    judged_late_s: float
     load: float
 
     @property
@@ -155,6 +164,7 @@ def summarize(
         command_s=next(actions, nan),
         false_alarms=tuple(_false_alarms(recording, alarms, truth)),
         counts=dict(counts),
+        judged_late_s=recording.latest_s,
         load=load,
     )
 

@@ -12,7 +12,7 @@ from detectors.thruster.sample import FaultKind, ThrusterSample, ThrusterVerdict
 from detectors.verdict import Level
 from hil_tests.demo.display import LiveDisplay, PlainDisplay, View, summary_lines
 from hil_tests.demo.plot import draw
-from hil_tests.demo.record import Recording, Truth, happenings, summarize
+from hil_tests.demo.record import Judged, Recording, Truth, happenings, summarize
 from hil_tests.rig.ardusub import Result
 from hil_tests.rig.autopilot import Notes, ReceivedCommand, ReceivedHeartbeat, ReceivedText
 
@@ -23,7 +23,7 @@ HELD = ReceivedCommand(1020.91, 192, 176, (1.0, 16.0, 0.0, 0.0, 0.0, 0.0, 0.0), 
 ASKED = ReceivedCommand(1001.0, 192, 511, (30.0, 5e4, 0.0, 0.0, 0.0, 0.0, 0.0), Result.ACCEPTED)
 
 
-def judged(time_s, level) -> tuple[ThrusterSample, ThrusterVerdict]:
+def judged(time_s, level) -> Judged:
     known = level is not Level.UNKNOWN
     speed_rpm = 1000.0 if level is not Level.FAULT else 780.0
     verdict = ThrusterVerdict(
@@ -41,7 +41,7 @@ def judged(time_s, level) -> tuple[ThrusterSample, ThrusterVerdict]:
         kind=FaultKind.ENTANGLED if level is Level.FAULT else FaultKind.NONE,
         reason="learning" if level is Level.UNKNOWN else "",
     )
-    return ThrusterSample(time_s, 0.3, speed_rpm, 15.5, 2.0), verdict
+    return Judged(ThrusterSample(time_s, 0.3, speed_rpm, 15.5, 2.0), verdict)
 
 
 def recording(fault_from_s=1020.8, other_fault_s=None) -> Recording:
@@ -49,8 +49,9 @@ def recording(fault_from_s=1020.8, other_fault_s=None) -> Recording:
     for step in range(300):
         time_s = START_S + 0.1 * step
         level = Level.UNKNOWN if time_s < 1012.0 else Level.FAULT if time_s >= fault_from_s else Level.NORMAL
-        kept.add(3, *judged(time_s, level))
-        kept.add(5, *judged(time_s, Level.FAULT if other_fault_s and time_s >= other_fault_s else Level.NORMAL))
+        kept.add(3, judged(time_s, level), time_s + 0.05)
+        other = Level.FAULT if other_fault_s and time_s >= other_fault_s else Level.NORMAL
+        kept.add(5, judged(time_s, other), time_s + (0.2 if step == 7 else 0.05))
     return kept
 
 
@@ -146,11 +147,11 @@ def test_the_summary_is_said_in_words():
     assert lines["from RPM to STATUSTEXT"] == "0.50 s"
     assert lines["false alarms"] == "none"
     assert lines["result"] == "passed"
+    assert lines["judged at most"] == "0.20 s late"
     assert lines["CAN frames"] == "41000"
 
 
-@pytest.mark.parametrize("kept", [recording(), Recording()])
-@pytest.mark.parametrize("truth", [TRUTH, Truth(3, 1050.0, nan)])
+@pytest.mark.parametrize(("kept", "truth"), [(recording(), TRUTH), (Recording(), Truth(3, 1050.0, nan))])
 def test_the_plot_is_a_picture(tmp_path, kept, truth):
     draw(tmp_path / "demo.png", kept, summary(kept=kept, truth=truth), START_S)
     assert (tmp_path / "demo.png").read_bytes().startswith(b"\x89PNG")
