@@ -1,0 +1,78 @@
+"""The static curve of the default method: a smooth polynomial of each direction's command, known as well as it is.
+
+Chebyshev polynomials T_0..T_q of the magnitude of the command, scaled to -1..1, once for ahead and, where the
+thruster is driven astern, once more for astern: a propeller is not symmetric, and a dead band puts a kink at neutral.
+A command of exactly 0 asks for no speed.
+
+The curve is not fitted freely but with a prior (Bayesian least squares): its coefficients of degree j are expected
+to be within about `SMOOTHNESS / j^2` of the top speed. What the window's commands did not excite then stays
+uncertain by as much, instead of being taken for known, and that uncertainty is part of every threshold.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+SMOOTHNESS = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class CommandBasis:
+    """The columns that a static curve is made of.
+
+    Attributes:
+        scale: greatest magnitude of the command that is mapped to 1.
+        order: highest degree of each direction's polynomial.
+        astern: whether there are columns for negative commands as well.
+    """
+
+    scale: float
+    order: int
+    astern: bool
+
+    @property
+    def size(self) -> int:
+        """Number of columns K."""
+        return (self.order + 1) * (2 if self.astern else 1)
+
+    @property
+    def degrees(self) -> FloatArray:
+        """(K,) degree of each column."""
+        return np.tile(np.arange(self.order + 1.0), 2 if self.astern else 1)
+
+    @property
+    def prior_deviation(self) -> FloatArray:
+        """(K,) standard deviation that each coefficient has before any sample, in top speeds."""
+        degree = np.maximum(self.degrees, 1.0)
+        return np.where(self.degrees < 2, 1.0, SMOOTHNESS / degree**2)
+
+    def columns(self, command: FloatArray) -> FloatArray:
+        """(K, N) columns for (N,) commands. Element by element: the same whether N is 1 or 1000."""
+        scaled = np.abs(command) * (2.0 / self.scale) - 1.0
+        degrees = [np.ones_like(scaled), scaled]
+        for _ in range(2, self.order + 1):
+            degrees.append(2.0 * scaled * degrees[-1] - degrees[-2])
+        polynomials = np.stack(degrees[: self.order + 1])
+        ahead = polynomials * (command > 0.0)
+        return np.concatenate([ahead, polynomials * (command < 0.0)]) if self.astern else ahead
+
+    def up_to(self, order: int) -> NDArray[np.bool_]:
+        """(K,) which columns a curve of this lower order uses."""
+        return self.degrees <= order
+
+
+def combine(coefficients: FloatArray, columns: FloatArray) -> FloatArray:
+    """(R, N) = (R, K) @ (K, N), summed in the order of K whatever the shapes.
+
+    A matrix product would round differently for one sample than for a block of them; then a replay in blocks would not
+    equal the live run bit for bit.
+    """
+    total = coefficients[:, 0, None] * columns[0]
+    for k in range(1, len(columns)):
+        total = total + coefficients[:, k, None] * columns[k]
+    return np.asarray(total)

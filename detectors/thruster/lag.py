@@ -1,0 +1,33 @@
+"""First-order motor lag: the speed follows its target by the same part of the distance at every sample."""
+
+from __future__ import annotations
+
+from math import exp
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+FloatArray = NDArray[np.float64]
+
+LAG_NEGLIGIBLE = 0.05  # samples
+GRID_STEPS = 12
+
+
+def follow_gain(lag: float) -> float:
+    """Part of the distance to the target that is covered in one sample, for a time constant in samples."""
+    return 1.0 if lag < LAG_NEGLIGIBLE else 1.0 - exp(-1.0 / lag)
+
+
+def lagged(columns: FloatArray, lag: float) -> FloatArray:
+    """(K, N) columns after a lag of this many samples, starting from rest at the first of them."""
+    gain = follow_gain(lag)
+    if gain == 1.0:
+        return columns
+    start = (1.0 - gain) * columns[:, :1]
+    return np.asarray(lfilter([gain], [1.0, gain - 1.0], columns, axis=1, zi=start)[0])
+
+
+def lag_grid(lag_max: float) -> FloatArray:
+    """Lags to try, from none to `lag_max`, closer together where they are short."""
+    return lag_max * np.linspace(0.0, 1.0, GRID_STEPS) ** 1.6

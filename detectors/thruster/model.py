@@ -1,0 +1,110 @@
+"""What the default method has learnt of a thruster: curve, delay, lag, and how far each of them is known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from detectors.thruster.curve import CommandBasis, combine
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Response:
+    """One way in which the speed may follow the command: Hammerstein model, a static curve and then a lag.
+
+    Attributes:
+        delay: transport delay, samples.
+        lag: time constant, samples.
+        coefficients: (K,) of the static curve, in top speeds.
+    """
+
+    delay: int
+    lag: float
+    coefficients: FloatArray
+
+
+NEXT_TO = 0.01  # full scales outside the learnt commands that count as learnt
+TRANSIENT_ERROR = 0.25  # part of the distance by which a lag model may err that was not seen on such a way
+
+
+@dataclass(frozen=True, slots=True)
+class TransientError:
+    """Error of the lag model while the speed is on its way to a target.
+
+    Attributes:
+        share: part of the distance to the target that it errs by, ...
+        seen: ... as seen up to this distance; beyond, `TRANSIENT_ERROR` of the rest.
+    """
+
+    share: float
+    seen: float
+
+    def at(self, distance: FloatArray) -> FloatArray:
+        """Error at (N,) distances."""
+        beyond = np.maximum(distance - self.seen, 0.0)
+        return self.share * np.minimum(distance, self.seen) + np.maximum(self.share, TRANSIENT_ERROR) * beyond
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ThrusterModel:
+    """A learnt thruster. Speeds are in parts of `top_rpm` unless said otherwise.
+
+    Attributes:
+        basis: the columns of the static curve.
+        response: the best one found.
+        alternatives: other delays and lags that explain the window nearly as well: where they disagree, the model does
+            not know.
+        order, window: the choice of the search.
+        top_rpm: speed that everything is scaled by.
+        supply_exponent: relative change of speed over relative change of supply voltage, 0.0 where not measured.
+        supply_v: supply voltage that the curve holds for, NaN where not measured.
+        whitener: (K + 1, K + 1) W with W'W the covariance of coefficients and supply exponent.
+        noise: standard deviation of the measured speed.
+        correlation: of neighbouring residuals, 0 to below 1.
+        spin_up, spin_down: error of the lag model on the way to a faster and to a slower target.
+        learnt_ahead, learnt_astern: (2,) least and greatest magnitude of command that the window held often enough.
+        unsigned: whether the sensor gives the magnitude of the speed only.
+        resolution_rpm: the smallest step of the speed sensor.
+        current_law: (2,) idle current and current over (speed / top speed)^3, A; NaN where not measured.
+    """
+
+    basis: CommandBasis
+    response: Response
+    alternatives: tuple[Response, ...]
+    order: int
+    window: int
+    top_rpm: float
+    supply_exponent: float
+    supply_v: float
+    whitener: FloatArray
+    noise: float
+    correlation: float
+    spin_up: TransientError
+    spin_down: TransientError
+    learnt_ahead: tuple[float, float]
+    learnt_astern: tuple[float, float]
+    unsigned: bool
+    resolution_rpm: float
+    current_law: tuple[float, float]
+
+    def speed_rpm(self, command: FloatArray) -> FloatArray:
+        """(N,) steady speed at (N,) commands, at the supply voltage `supply_v`."""
+        return combine(self.response.coefficients[None, :], self.basis.columns(command))[0] * self.top_rpm
+
+    def doubt(self, command: FloatArray) -> FloatArray:
+        """(N,) standard deviation of the curve over its speed at (N,) commands; infinite where the speed is 0."""
+        columns = self.basis.columns(command)
+        deviation = np.sqrt((combine(self.whitener[:, :-1], columns) ** 2).sum(axis=0))
+        speed = np.abs(combine(self.response.coefficients[None, :], columns)[0])
+        return np.divide(deviation, speed, out=np.full_like(speed, np.inf), where=speed > 0.0)
+
+    def knows(self, command: FloatArray) -> NDArray[np.bool_]:
+        """(N,) whether each command lies among those that were learnt; neutral always does."""
+        magnitude, slack = np.abs(command), NEXT_TO * self.basis.scale
+        low = np.where(command < 0.0, self.learnt_astern[0], self.learnt_ahead[0]) - slack
+        high = np.where(command < 0.0, self.learnt_astern[1], self.learnt_ahead[1]) + slack
+        return np.asarray((command == 0.0) | ((magnitude >= low) & (magnitude <= high)))
