@@ -21,7 +21,7 @@ from scipy.optimize import minimize_scalar
 from detectors.thruster.candidates import WindowCandidates
 from detectors.thruster.config import ThrusterConfig
 from detectors.thruster.curve import CommandBasis
-from detectors.thruster.lag import lag_grid, lagged
+from detectors.thruster.lag import follow_gain, lag_grid, lagged
 from detectors.thruster.model import Response, ThrusterModel, TransientError
 from detectors.thruster.search import Search
 
@@ -36,7 +36,9 @@ SUPPLY_DEVIATION = 1.0  # of the supply exponent
 NOISE_MIN = 3e-4  # standard deviation of the speed in top speeds: no sensor is taken to be better
 PLAUSIBLE = 9.0  # a delay and lag is plausible if it lowers the log likelihood by less than half of this
 TRANSIENT_ERROR_MAX = 2.0  # of the distance to the target
-WAY_SHARE = 15  # samples at a distance from the target or beyond before that distance counts as seen
+TRANSIENT_ERROR = 0.25  # part of the distance to the target that the lag model may err by on a way not seen before
+TIMING_ERROR = 1.0  # samples by which a command may be stamped late, where it was not seen
+SEEN_SAMPLES = 15  # samples with a change of this size or beyond before that change counts as seen
 CORRELATION_MAX = 0.97
 
 
@@ -148,8 +150,10 @@ def _conclude(
     moving = recent & (np.abs(static).sum(axis=0) > 0.0)
     noise = max(_quiet_noise(first.residual[moving], distance[moving]), resolution_rpm / top_rpm / np.sqrt(12.0))
     way = _settling(distance, setting.lag)
-    up = _transient_error(first.residual, way, recent & faster, noise)
-    down = _transient_error(first.residual, way, recent & ~faster, noise)
+    up = _transient_error(first.residual, way, recent & faster, noise, TRANSIENT_ERROR)
+    down = _transient_error(first.residual, way, recent & ~faster, noise, TRANSIENT_ERROR)
+    steps = np.abs(np.diff(first.coefficients[: data.basis.size] @ static, append=0.0)) * follow_gain(setting.lag)
+    timing = _transient_error(first.residual[:-1], steps[:-1], recent[:-1], noise, TIMING_ERROR)
     spread = (np.where(faster, up.at(way), down.at(way)) / noise) ** 2
     final = _solve(design, data.speed, prior, recent / (noise**2 * (1.0 + spread)))
     correlation = _correlation((final.residual / np.sqrt(1.0 + spread))[recent])
@@ -176,6 +180,7 @@ def _conclude(
         correlation=correlation,
         spin_up=up,
         spin_down=down,
+        timing=timing,
         learnt_ahead=learnt[0],
         learnt_astern=learnt[1],
         unsigned=unsigned,
@@ -370,14 +375,17 @@ def settling_decay(lag: float) -> float:
     return float(np.exp(-1.0 / (2.0 * lag + 4.0)))
 
 
-def _transient_error(residual: FloatArray, way: FloatArray, which: NDArray[np.bool_], noise: float) -> TransientError:
-    """How far the lag model errs on the way to a target, and up to what distance that was seen."""
-    residual, way = residual[which], way[which]
-    energy = float((way**4).sum()) + 1e-30
-    seen = float(((residual**2 - noise**2) * way**2).sum()) / energy
+def _transient_error(
+    residual: FloatArray, change: FloatArray, which: NDArray[np.bool_], noise: float, unseen_share: float
+) -> TransientError:
+    """How far the model errs while the speed changes by this much, and up to what change that was seen."""
+    residual, change = residual[which], change[which]
+    energy = float((change**4).sum()) + 1e-30
+    seen = float(((residual**2 - noise**2) * change**2).sum()) / energy
     doubt = 2.0 * noise**2 * float(np.sqrt(2.0 / energy))
-    far = float(np.sort(way)[-WAY_SHARE]) if len(way) >= WAY_SHARE else 0.0
-    return TransientError(min(float(np.sqrt(max(seen, 0.0) + doubt)), TRANSIENT_ERROR_MAX), far)
+    share = min(float(np.sqrt(max(seen, 0.0) + doubt)), TRANSIENT_ERROR_MAX)
+    far = float(np.sort(change)[-SEEN_SAMPLES]) if len(change) >= SEEN_SAMPLES else 0.0
+    return TransientError(share, far, max(share, unseen_share))
 
 
 def _correlation(residual: FloatArray) -> float:

@@ -28,25 +28,26 @@ class Response:
 
 
 NEXT_TO = 0.01  # full scales outside the learnt commands that count as learnt
-TRANSIENT_ERROR = 0.25  # part of the distance by which a lag model may err that was not seen on such a way
 
 
 @dataclass(frozen=True, slots=True)
 class TransientError:
-    """Error of the lag model while the speed is on its way to a target.
+    """Error of the model while the speed changes.
 
     Attributes:
-        share: part of the distance to the target that it errs by, ...
-        seen: ... as seen up to this distance; beyond, `TRANSIENT_ERROR` of the rest.
+        share: part of the change that it errs by, ...
+        seen: ... as seen in changes up to this one.
+        unseen_share: part of what is beyond that it may err by.
     """
 
     share: float
     seen: float
+    unseen_share: float
 
-    def at(self, distance: FloatArray) -> FloatArray:
-        """Error at (N,) distances."""
-        beyond = np.maximum(distance - self.seen, 0.0)
-        return self.share * np.minimum(distance, self.seen) + np.maximum(self.share, TRANSIENT_ERROR) * beyond
+    def at(self, change: FloatArray) -> FloatArray:
+        """Error in changes of (N,) sizes."""
+        beyond = np.maximum(change - self.seen, 0.0)
+        return self.share * (change - beyond) + self.unseen_share * beyond
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,7 +66,8 @@ class ThrusterModel:
         whitener: (K + 1, K + 1) W with W'W the covariance of coefficients and supply exponent.
         noise: standard deviation of the measured speed.
         correlation: of neighbouring residuals, 0 to below 1.
-        spin_up, spin_down: error of the lag model on the way to a faster and to a slower target.
+        spin_up, spin_down: error of the lag model on the way to a faster and to a slower target, of the distance to it.
+        timing: error by a command that is stamped later than the motor had it, of the first step towards its target.
         learnt_ahead, learnt_astern: (2,) least and greatest magnitude of command that the window held often enough.
         unsigned: whether the sensor gives the magnitude of the speed only.
         resolution_rpm: the smallest step of the speed sensor.
@@ -85,6 +87,7 @@ class ThrusterModel:
     correlation: float
     spin_up: TransientError
     spin_down: TransientError
+    timing: TransientError
     learnt_ahead: tuple[float, float]
     learnt_astern: tuple[float, float]
     unsigned: bool

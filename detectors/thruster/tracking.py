@@ -13,7 +13,7 @@ from detectors.thruster.evidence import REACH, UNCERTAINTY, GainChange, RunningS
 from detectors.thruster.history import History
 from detectors.thruster.identification import settling_decay
 from detectors.thruster.lag import follow_gain
-from detectors.thruster.model import TRANSIENT_ERROR, ThrusterModel
+from detectors.thruster.model import ThrusterModel
 
 FloatArray = NDArray[np.float64]
 
@@ -23,7 +23,6 @@ ROWS = 6
 SPEED_MIN = 0.08  # of the top speed: errors of slower speeds are taken relative to this one
 LOW_SPEED_ERROR = 0.04  # error of the curve, in top speeds, near standstill; it vanishes above about 0.2 of top speed
 LOW_SPEED = 0.1
-TIMING_ERROR = 1.0  # samples by which a command may be stamped late
 GAP_PERIODS = 2.5  # a step in time of more than this many periods is a gap
 SPIKE = 0.1  # relative error of a single sample beyond its neighbours that is left out
 RUN_IN = 60  # samples before the first that counts, for the lag's state to settle
@@ -171,7 +170,7 @@ class Tracker:
         make is an error that the sample before it may already show.
         """
         now = seen.part(slice(None, -1))
-        ahead = TIMING_ERROR * np.abs(np.diff(seen.target)) * self._follow[0]
+        ahead = self.model.timing.at(np.abs(np.diff(seen.target)) * self._follow[0])
         size = np.abs(now.predicted)
         divisor = np.maximum(size, SPEED_MIN)
         slowness = (size / LOW_SPEED) * (size / LOW_SPEED)
@@ -223,7 +222,7 @@ class Tracker:
             distance = abs(row[0] - best)
             error = model.spin_up if abs(row[0]) >= abs(best) else model.spin_down
             unseen = max(distance - error.seen, 0.0)
-            off = error.share * (distance - unseen) + max(error.share, TRANSIENT_ERROR) * unseen
+            off = error.share * (distance - unseen) + error.unseen_share * unseen
             for other in speeds[1:]:
                 off = max(off, abs(other - best))
             unsettled = max(off, self._decay * unsettled)
