@@ -54,6 +54,7 @@ FAST, SLOW = 1, 3  # scales (8 and 50 samples) that judge whether a fault is sti
 class _Fault:
     """A fault that lasts: the healthy gain that it is measured against, and its size so far."""
 
+    since: int  # number of the first sample that may belong to it
     reference: float  # healthy mean gain error
     bound: FloatArray  # (4,) threshold on each scale when it was found
     size: float  # largest change seen on the slow scale
@@ -120,7 +121,7 @@ class AdaptiveMethod:
             self._learn_from = self._history.end
             self._due = self._history.end + self._config.spans[2]
         self.commissioned, self._wear = commission(self.model) or self.commissioned, 0.0
-        self._end_fault()
+        self._end_fault(healthy=0)
 
     # ---------------------------------------------------------------------------------------------- learning
 
@@ -187,8 +188,7 @@ class AdaptiveMethod:
     def _judge_part(self, block: FloatArray) -> Judgement:
         """Judge as many of these samples as there are until a fault begins or ends."""
         samples = block.shape[1]
-        trusted = np.full((1, samples), float(self._fault is None))
-        self._history.append(np.concatenate([block, trusted]))
+        self._history.append(np.concatenate([block, np.ones((1, samples))]))
         if self._tracker is None or self.model is None:
             return self._still_learning(samples)
         checkpoint = self._tracker.checkpoint()
@@ -268,7 +268,7 @@ class AdaptiveMethod:
         if judged.event is not None and faulty[-1]:
             self._begin_fault(track, judged)
         elif judged.event is not None:
-            self._end_fault()
+            self._end_fault(healthy=RECOVER)
         return step
 
     def _remember(self, track: Track, judged: _Judged) -> None:
@@ -287,13 +287,17 @@ class AdaptiveMethod:
     def _begin_fault(self, track: Track, judged: _Judged) -> None:
         bound = np.minimum(self._bound(track)[:, -1], abs(float(judged.change[-1])))
         scale = int(np.argmax(np.abs(track.gain.change[:, -1]) / bound))
-        self._fault = _Fault(float(track.gain.reference[scale, -1]), bound, size=0.0)
+        since = self._history.end - BEFORE_FOUND
+        self._fault = _Fault(since, float(track.gain.reference[scale, -1]), bound, size=0.0)
         self._gain_error = float(track.gain.newest[scale, -1])
-        self._history.row(TRUSTED, max(self._history.end - BEFORE_FOUND, 0), self._history.end)[:] = 0.0
         self._over, self._score = 0, 0.0
         self._largest[2] = 0.0
 
-    def _end_fault(self) -> None:
+    def _end_fault(self, healthy: int) -> None:
+        """Watch again, and never learn from the fault: from all of it but the newest, `healthy` samples."""
+        if self._fault is not None:
+            since = max(self._fault.since, self._history.first)
+            self._history.row(TRUSTED, since, max(since, self._history.end - healthy))[:] = 0.0
         self._fault, self._over, self._score = None, 0, 0.0
         self._largest[1:] = 0.0
         self._track_anew()

@@ -19,6 +19,11 @@ from detectors.verdict import Level
 
 FloatArray = NDArray[np.float64]
 
+LARGEST = 1e15  # magnitude of time, command or speed beyond which no sample makes sense, in any unit ...
+SMALLEST = 1e-15  # ... and below which it is none: the ratio's higher powers stay finite numbers
+SUPPLY_MIN, SUPPLY_MAX = 1e-3, 1e6  # volts that count as measured, and ...
+CURRENT_MAX = 1e6  # ... amperes
+
 UNJUDGED = ThrusterVerdict(
     time_s=nan, level=Level.UNKNOWN, score=0.0, residual_rpm=nan, predicted_rpm=nan, threshold_rpm=nan,
     order=0, window=0, delay=0, lag_s=0.0, refitted=False, reason="learning",
@@ -96,8 +101,8 @@ class ThrusterDetector:
     def update(self, sample: ThrusterSample) -> ThrusterVerdict:
         """Judge the next sample. Never raises on data.
 
-        A sample that is not finite, or not later than the last one, is refused and counted in `refused`; the last
-        verdict stands.
+        A sample that is not finite, beyond all range, or not later than the last one, is refused and counted in
+        `refused`; the last verdict stands. A supply voltage or current that makes no sense counts as not measured.
         """
         cause = self._cause_to_refuse(sample)
         if cause:
@@ -111,13 +116,16 @@ class ThrusterDetector:
             _measured(sample.voltage_v),
             _measured(sample.current_a),
         )
-        judgement = next(self._method.judge(np.array(values)[:, None]))
+        judgement = next(self._method.judge(_sensible(np.array(values)[:, None])))
         self._last = _verdict(sample.time_s, judgement)
         return self._last
 
     def _cause_to_refuse(self, sample: ThrusterSample) -> str:
-        if not isfinite(sample.time_s + sample.command + sample.speed_rpm):
+        values = (sample.time_s, sample.command, sample.speed_rpm)
+        if not all(map(isfinite, values)):
             return "not finite"
+        if max(map(abs, values)) > LARGEST:
+            return "out of range"
         return "late or repeated" if sample.time_s <= self._last.time_s else ""
 
     def run(
@@ -142,7 +150,7 @@ class ThrusterDetector:
         verdicts = ThrusterVerdicts.blank(int(accepted.sum()))
         done, times = 0, block[0, accepted]
         verdicts.time_s[:] = times
-        for judgement in self._method.judge(np.ascontiguousarray(block[:, accepted])):
+        for judgement in self._method.judge(_sensible(block[:, accepted])):
             _write(verdicts, slice(done, done + len(judgement)), judgement)
             done += len(judgement)
         return self._with_refused(verdicts, accepted)
@@ -150,13 +158,15 @@ class ThrusterDetector:
     def _accepted(self, block: FloatArray) -> NDArray[np.bool_]:
         """(N,) which samples are taken; the others are counted."""
         finite = np.isfinite(block[:3]).all(axis=0)
+        within = finite & (np.abs(block[:3]) <= LARGEST).all(axis=0)
         start = self._last.time_s if isfinite(self._last.time_s) else -np.inf
-        latest = np.maximum.accumulate(np.concatenate([[start], np.where(finite, block[0], -np.inf)]))[:-1]
+        latest = np.maximum.accumulate(np.concatenate([[start], np.where(within, block[0], -np.inf)]))[:-1]
         later = block[0] > latest
-        for cause, refused in (("not finite", ~finite), ("late or repeated", finite & ~later)):
+        causes = {"not finite": ~finite, "out of range": finite & ~within, "late or repeated": within & ~later}
+        for cause, refused in causes.items():
             if refused.any():
                 self.refused[cause] += int(refused.sum())
-        return np.asarray(finite & later)
+        return np.asarray(within & later)
 
     def _with_refused(self, verdicts: ThrusterVerdicts, accepted: NDArray[np.bool_]) -> ThrusterVerdicts:
         """Each refused sample gets the verdict that stands."""
@@ -177,6 +187,20 @@ class ThrusterDetector:
 
 def _measured(value: float | None) -> float:
     return nan if value is None else value
+
+
+def _sensible(block: FloatArray) -> FloatArray:
+    """(5, N) the samples, with next to nothing as 0 and what no supply or motor shows as not measured."""
+    time_s, command, speed_rpm, voltage_v, current_a = block
+    return np.stack(
+        [
+            time_s,
+            np.where(np.abs(command) < SMALLEST, 0.0, command),
+            np.where(np.abs(speed_rpm) < SMALLEST, 0.0, speed_rpm),
+            np.where((voltage_v >= SUPPLY_MIN) & (voltage_v <= SUPPLY_MAX), voltage_v, nan),
+            np.where(np.abs(current_a) <= CURRENT_MAX, current_a, nan),
+        ]
+    )
 
 
 def _block(*series: ArrayLike | None) -> FloatArray:

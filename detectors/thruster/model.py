@@ -27,7 +27,7 @@ class Response:
     coefficients: FloatArray
 
 
-NEXT_TO = 0.01  # full scales outside the learnt commands that count as learnt
+NEXT_TO = 0.05  # full scales outside the learnt commands that count as learnt
 
 
 @dataclass(frozen=True, slots=True)
