@@ -1,20 +1,24 @@
 """Readings in, outcomes out: alignment, detectors, watches and supervisor in one deterministic object.
 
 It knows no bus, socket or clock. The same readings in the same order give the same findings, byte for byte, live or
-in replay, however often `advance` is called in between, and after `snapshot` and `restore`.
+in replay, however they are cut into batches, however often `advance` is called in between, and after `snapshot` and
+`restore`.
+
+A batch goes through in three passes: all its readings are aligned, each detector judges its thruster's samples in one
+block (a fraction of the cost of one by one), and then the supervisor hears of everything in the order of arrival.
+That gives the same as one by one because neither alignment nor detectors depend on what the supervisor says.
 """
 
 from __future__ import annotations
 
 import pickle
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Protocol, assert_never
+from typing import assert_never
 
-from detectors.thruster import ThrusterConfig, ThrusterDetector, ThrusterSample, ThrusterVerdict
-from detectors.thruster.wear import CommissionedCurve
+from detectors.thruster import ThrusterDetector
 from detectors.verdict import Level
 from drivers.readings import (
     Attitude,
@@ -29,95 +33,33 @@ from drivers.readings import (
     ThrusterCommand,
     ThrusterReport,
 )
-from gateway.align import ThrusterAligner
-from gateway.config import Config, Thruster
+from gateway.channel import Channel, DetectorFactory, Judgement, Learnt
+from gateway.config import Config
 from gateway.rules import CONFLICT, autopilots_observation, silence_watch, supervisor, thruster_observation
 from gateway.supervisor import Action
 from gateway.timeline import Timeline
-
-
-class Detector(Protocol):
-    """What the pipeline needs of a thruster detector."""
-
-    @property
-    def commissioned(self) -> CommissionedCurve | None:
-        """The curve that wear is measured against."""
-        ...
-
-    def update(self, sample: ThrusterSample) -> ThrusterVerdict:
-        """Judges one sample."""
-        ...
-
-    def accept(self) -> None:
-        """Makes today's curve the commissioned one."""
-        ...
-
-
-DetectorFactory = Callable[[ThrusterConfig, CommissionedCurve | None], Detector]
-
-
-@dataclass(frozen=True, slots=True)
-class Judgement:
-    """A sample of a thruster and what its detector said of it."""
-
-    thruster: int
-    sample: ThrusterSample
-    verdict: ThrusterVerdict
-
 
 Outcome = Judgement | Action
 
 
 @dataclass(frozen=True, slots=True)
-class Learnt:
-    """What survives a restart of the program, of one thruster.
+class Arrival:
+    """Readings of one link, in the order of their arrival."""
 
-    Attributes:
-        sources: where command and speed came from, and in which scale: what gives a curve its meaning.
-        settings: of detector and alignment: what gives the detector's memory its meaning.
-        rate_hz: sample rate; None where it was not known yet.
-        detector: the detector, with its commissioned curve and its memory.
-    """
-
-    sources: str
-    settings: str
-    rate_hz: float | None
-    detector: Detector
+    link: str
+    readings: Sequence[Reading]
 
 
-class _Channel:
-    """One thruster: where its readings come from, its aligner, its detector, and the newest judgement."""
+@dataclass(frozen=True, slots=True)
+class Now:
+    """The time, for what is found by nothing happening. No reading should come after it that is older."""
 
-    def __init__(self, thruster: Thruster, config: Config, make: DetectorFactory) -> None:
-        align = config.align
-        self.number = thruster.number
-        self.command_link = thruster.command.link
-        self.rpm_link = thruster.rpm.link
-        self.aligner = ThrusterAligner(align.sample_rate_hz, align.gap_s, align.stale_s)
-        self.detector = make(config.detector, None)
-        self._remake = partial(make, config.detector)
-        self._sources = thruster.model_dump_json(exclude={"name"})
-        self._settings = f"{config.detector!r} {align.model_dump_json()}"
-        self.newest: Judgement | None = None
+    time_s: float
 
-    def judge(self, report: ThrusterReport) -> Iterator[Judgement]:
-        samples = self.aligner.report(report.time_s, report.speed_rpm, report.voltage_v, report.current_a)
-        for sample in samples:
-            self.newest = Judgement(self.number, sample, self.detector.update(sample))
-            yield self.newest
 
-    def learnt(self) -> Learnt:
-        return Learnt(self._sources, self._settings, self.aligner.rate_hz, self.detector)
-
-    def recall(self, old: Learnt) -> bool:
-        """Other settings leave only the commissioned curve of what was learnt, other sources nothing: False."""
-        if old.sources != self._sources:
-            return False
-        if old.settings == self._settings:
-            self.aligner.rate_hz, self.detector = old.rate_hz, old.detector
-        else:
-            self.detector = self._remake(old.detector.commissioned)
-        return True
+Event = Arrival | Now
+# A part of an event that comes to the supervisor, once the detectors have judged
+_Step = Callable[[], Iterable[Outcome]]
 
 
 class Pipeline:
@@ -134,7 +76,7 @@ class Pipeline:
     def __init__(self, config: Config, detector: DetectorFactory = ThrusterDetector) -> None:
         self._timeline = Timeline()
         self._drops: Counter[str] = Counter()
-        self._channels = {thruster.number: _Channel(thruster, config, detector) for thruster in config.thruster}
+        self._channels = {thruster.number: Channel(thruster, config, detector) for thruster in config.thruster}
         self._silence = silence_watch(config)
         self._supervisor = supervisor(config)
 
@@ -154,18 +96,20 @@ class Pipeline:
             total += channel.aligner.drops
         return total
 
-    def feed(self, link: str, readings: Iterable[Reading]) -> list[Outcome]:
+    def feed(self, link: str, readings: Sequence[Reading]) -> list[Outcome]:
         """Takes readings of one link, in the order of their arrival."""
-        outcomes: list[Outcome] = []
-        for reading in readings:
-            if self._timeline.admits(reading.time_s):
-                outcomes += self._tick_to(reading.time_s)
-                outcomes += self._take(link, reading)
-        return outcomes
+        return self.take([Arrival(link, readings)])
 
     def advance(self, time_s: float) -> list[Outcome]:
         """Takes the time, for what is found by nothing happening. No reading should come that is older."""
-        return list(self._tick_to(time_s)) if self._timeline.admits(time_s) else []
+        return self.take([Now(time_s)])
+
+    def take(self, events: Iterable[Event]) -> list[Outcome]:
+        """Takes events in the order in which they happened; the outcomes are in that order too."""
+        steps = [step for event in events for step in self._prepared(event)]
+        for channel in self._channels.values():
+            channel.judge()
+        return [outcome for step in steps for outcome in step()]
 
     def accept(self, thruster: int, time_s: float) -> list[Outcome]:
         """The operator says that a thruster is well as it is: its present curve is the commissioned one from now on.
@@ -207,22 +151,48 @@ class Pipeline:
             raise ValueError(f"snapshot holds a {type(pipeline).__name__}: want a Pipeline's own snapshot")
         return pipeline
 
-    def _tick_to(self, time_s: float) -> Iterator[Outcome]:
-        for tick_s in self._timeline.ticks(time_s):
+    def _prepared(self, event: Event) -> Iterator[_Step]:
+        """Passes an event through timeline and alignment; its steps are for when the detectors have judged."""
+        if isinstance(event, Now):
+            if self._timeline.admits(event.time_s):
+                yield partial(self._tick, tuple(self._timeline.ticks(event.time_s)))
+            return
+        for reading in event.readings:
+            if self._timeline.admits(reading.time_s):
+                yield partial(self._tick, tuple(self._timeline.ticks(reading.time_s)))
+                yield partial(self._hear, event.link, reading, *self._align(event.link, reading))
+
+    def _align(self, link: str, reading: Reading) -> tuple[Channel | None, int]:
+        """The channel that a reading is for, and the number of samples that it completes there."""
+        match reading:
+            case ThrusterCommand():
+                channel = self._channel(reading.thruster, link, "command_link")
+                if channel is not None:
+                    channel.aligner.command(reading.time_s, reading.fraction)
+                return channel, 0
+            case ThrusterReport():
+                channel = self._channel(reading.thruster, link, "rpm_link")
+                return channel, 0 if channel is None else channel.align(reading)
+        return None, 0
+
+    def _tick(self, ticks_s: Iterable[float]) -> Iterator[Outcome]:
+        for tick_s in ticks_s:
             for observation in self._silence.judge(tick_s, self._supervisor.disarmed()):
                 yield from self._supervisor.observe(observation)
             yield from self._supervisor.advance(tick_s)
 
-    def _take(self, link: str, reading: Reading) -> Iterator[Outcome]:
+    def _hear(self, link: str, reading: Reading, channel: Channel | None, samples: int) -> Iterator[Outcome]:
         if isinstance(reading, LinkState):
             self._silence.link_state(reading)
             return
         self._silence.hear_link(link, reading.time_s)
         match reading:
             case ThrusterCommand():
-                self._command(link, reading)
+                if channel is not None:
+                    self._silence.hear_signal(f"thruster {channel.number} command", reading.time_s)
             case ThrusterReport():
-                yield from self._report(link, reading)
+                if channel is not None:
+                    yield from self._report(channel, reading, samples)
             case AutopilotHeartbeat():
                 yield from self._heartbeat(reading)
             case CommandAcknowledgement():
@@ -234,25 +204,16 @@ class Pipeline:
             case _:
                 assert_never(reading)
 
-    def _command(self, link: str, reading: ThrusterCommand) -> None:
-        channel = self._channel(reading.thruster, link, "command_link")
-        if channel is not None:
-            self._silence.hear_signal(f"thruster {channel.number} command", reading.time_s)
-            channel.aligner.command(reading.time_s, reading.fraction)
-
-    def _report(self, link: str, reading: ThrusterReport) -> Iterator[Outcome]:
-        channel = self._channel(reading.thruster, link, "rpm_link")
-        if channel is None:
-            return
-        if reading.speed_rpm is not None:
-            self._silence.hear_signal(f"thruster {channel.number} rpm", reading.time_s)
-        for judgement in channel.judge(reading):
+    def _report(self, channel: Channel, report: ThrusterReport, samples: int) -> Iterator[Outcome]:
+        if report.speed_rpm is not None:
+            self._silence.hear_signal(f"thruster {channel.number} rpm", report.time_s)
+        for judgement in channel.judgements(samples):
             yield judgement
             yield from self._supervisor.observe(
                 thruster_observation(judgement.thruster, judgement.sample, judgement.verdict)
             )
 
-    def _channel(self, thruster: int, link: str, source: str) -> _Channel | None:
+    def _channel(self, thruster: int, link: str, source: str) -> Channel | None:
         """The thruster's channel, where this link is its configured source; another link's readings are counted."""
         channel = self._channels.get(thruster)
         if channel is None or getattr(channel, source) != link:

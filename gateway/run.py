@@ -1,7 +1,6 @@
 """The running gateway: the thin shell that owns links, tasks and the clock, around the pure pipeline.
 
-Links decode in the event loop. All judging happens in one worker thread, one batch after the other in the order of
-arrival, so that a detector that learns its model anew (tens of milliseconds) delays neither a link nor a heartbeat.
+Links decode in the event loop; all judging happens in one worker thread (`judging`).
 """
 
 from __future__ import annotations
@@ -11,7 +10,6 @@ import logging
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Any
 
 from detectors.thruster import ThrusterDetector
@@ -22,21 +20,19 @@ from drivers.can.frame import CanFrame
 from drivers.clock import Clock
 from drivers.mavlink.messages import CommandLong, CompanionHeartbeat, StatusText
 from drivers.readings import LinkState, Reading
+from gateway.channel import DetectorFactory
 from gateway.companion import Companion
 from gateway.config import CanBus, Config
 from gateway.findings import Finding, FindingsFile
+from gateway.judging import Judging
 from gateway.memory import Memory
-from gateway.pipeline import DetectorFactory, Outcome, Pipeline
+from gateway.pipeline import Arrival, Outcome, Pipeline
 from gateway.severity import Severity
 from gateway.wiring import can_decoder
 
 log = logging.getLogger("gateway")
 
 TICK_S = 0.1
-# A reading is stamped when the kernel has it, and judged a little later: silence is judged after that delay
-LATENESS_S = 0.1
-# some seconds of a full bus; more waiting than this means that the machine is too slow
-WAITING_MAX = 10_000
 
 LOG_LEVELS = {Severity.CRITICAL: logging.ERROR, Severity.ERROR: logging.ERROR, Severity.WARNING: logging.WARNING}
 
@@ -49,6 +45,7 @@ class Summary:
 
     Attributes:
         duration_s: from start to stop.
+        behind_max_s: the longest that readings waited to be judged.
         frames: received, by link (of MAVLink: readings).
         drops: what was thrown away, by link or stage, by cause.
         findings: number of findings by their level.
@@ -56,6 +53,7 @@ class Summary:
     """
 
     duration_s: float = 0.0
+    behind_max_s: float = 0.0
     frames: Counter[str] = field(default_factory=Counter)
     drops: dict[str, Counter[str]] = field(default_factory=dict)
     findings: Counter[str] = field(default_factory=Counter)
@@ -64,7 +62,7 @@ class Summary:
     def lines(self) -> list[str]:
         """For the log."""
         return [
-            f"ran for {self.duration_s:.1f} s",
+            f"ran for {self.duration_s:.1f} s, judging at most {self.behind_max_s:.1f} s behind",
             f"received: {_listed(self.frames)}",
             *(f"dropped at {place}: {_listed(causes)}" for place, causes in self.drops.items() if causes),
             f"findings: {_listed(self.findings)}",
@@ -144,7 +142,7 @@ class _Session:
         self._findings = findings
         self._pipeline = pipeline
         self._memory = Memory(config.files.state)
-        self._waiting: asyncio.Queue[Callable[[], list[Outcome]]] = asyncio.Queue(WAITING_MAX)
+        self._judging = Judging(pipeline, clock, self._record_all, self._tell)
         self._buses = [_CanSource(bus, config, clock, self._take) for bus in config.can]
         self._companion = Companion(config, clock, self._take) if config.mavlink else None
         self._start_s = clock.now()
@@ -176,17 +174,18 @@ class _Session:
             ]
             if self._companion is not None:
                 tasks.append(group.create_task(self._companion.run(self._on_state), name="link mavlink"))
-            tasks.append(group.create_task(self._judge(), name="pipeline"))
+            tasks.append(group.create_task(self._judging.run(), name="pipeline"))
             tasks.append(group.create_task(self._tick(), name="ticker"))
             tasks.append(group.create_task(self._save(), name="state saver"))
             tasks.append(group.create_task(self._accept(accept), name="operator"))
             await stop.wait()
             log.info("stopping")
+            await self._judging.close()  # while there is a link to tell the autopilot what is still found
             for task in tasks:
                 task.cancel()
 
     def _take(self, link: str, readings: Sequence[Reading]) -> None:
-        self._enqueue(partial(self._pipeline.feed, link, readings), len(readings))
+        self._judging.put(Arrival(link, readings))
 
     def _on_state(self, state: LinkState) -> None:
         word = "up" if state.up else "down"
@@ -195,25 +194,10 @@ class _Session:
         if self._companion is not None:
             self._companion.on_state(state)
 
-    def _enqueue(self, work: Callable[[], list[Outcome]], readings: int = 1) -> None:
-        try:
-            self._waiting.put_nowait(work)
-        except asyncio.QueueFull:
-            self._lost["machine too slow"] += readings
-
-    async def _judge(self) -> None:
-        while True:
-            batch = [await self._waiting.get()]
-            while not self._waiting.empty():
-                batch.append(self._waiting.get_nowait())
-            self._tell(await asyncio.to_thread(self._process, batch))
-
-    def _process(self, batch: Iterable[Callable[[], list[Outcome]]]) -> list[Outcome]:
-        outcomes = [outcome for work in batch for outcome in work()]
+    def _record_all(self, outcomes: Iterable[Outcome]) -> None:
         for outcome in outcomes:
             if isinstance(outcome, Finding):
                 self._record(outcome)
-        return outcomes
 
     def _record(self, finding: Finding) -> None:
         """A full disk must not end the watch: pilot and autopilot are told all the same."""
@@ -238,14 +222,14 @@ class _Session:
         while True:
             await asyncio.sleep(TICK_S)
             now_s = self._clock.now()
-            self._enqueue(partial(self._pipeline.advance, now_s - LATENESS_S))
+            self._judging.advance(now_s)
             if self._companion is not None:
                 self._companion.advance(now_s)
 
     async def _save(self) -> None:
         while True:
             await asyncio.sleep(self._config.files.save_every_s)
-            self._enqueue(self._store)
+            self._judging.put(self._store)
 
     def _store(self) -> list[Outcome]:
         self._memory.store(self._pipeline)
@@ -256,18 +240,15 @@ class _Session:
             await accept.wait()
             accept.clear()
             log.info("operator accepts all thrusters as they are")
-            self._enqueue(self._accept_all)
+            self._judging.put(self._accept_all)
 
     def _accept_all(self) -> list[Outcome]:
         now_s = self._clock.now()
         return [outcome for one in self._config.thruster for outcome in self._pipeline.accept(one.number, now_s)]
 
     def _finish(self) -> None:
-        """What has arrived is still judged, and what was learnt is kept."""
-        batch = []
-        while not self._waiting.empty():
-            batch.append(self._waiting.get_nowait())
-        self._tell(self._process(batch))
+        """After a cancellation or an error too, what has arrived is judged, and what was learnt is kept."""
+        self._judging.finish()
         self._store()
 
     def _summary(self) -> Summary:
@@ -276,9 +257,15 @@ class _Session:
         if self._companion is not None:
             drops["mavlink"] = self._companion.drops()
             frames["mavlink"] = self._companion.received
-        drops["pipeline"] = self._pipeline.drops() + self._lost
-        duration_s = self._clock.now() - self._start_s
-        return Summary(duration_s, frames, drops, self._counts, self._pipeline.levels())
+        drops["pipeline"] = self._pipeline.drops() + self._lost + self._judging.lost
+        return Summary(
+            duration_s=self._clock.now() - self._start_s,
+            behind_max_s=self._judging.behind_max_s,
+            frames=frames,
+            drops=drops,
+            findings=self._counts,
+            levels=self._pipeline.levels(),
+        )
 
 
 def _colon(detail: str) -> str:

@@ -14,7 +14,7 @@ import pickle
 from pathlib import Path
 from typing import Any
 
-from gateway.pipeline import Learnt
+from gateway.channel import Learnt
 
 FORMAT = "thruster-gateway state 1"
 OUR_PACKAGES = frozenset({"detectors", "gateway"})

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from detectors.thruster.sample import FaultKind, ThrusterSample, ThrusterVerdict
@@ -66,8 +67,18 @@ class ThresholdDetector:
             kind=FaultKind.ENTANGLED if level is Level.FAULT else FaultKind.NONE,
         )
 
+    def run(self, *columns: np.ndarray) -> Rows:
+        return Rows(self.update(ThrusterSample(*row)) for row in np.stack(columns, axis=1).tolist())
+
     def accept(self) -> None:
         self.accepted += 1
+
+
+class Rows(list):
+    """Verdicts of a block."""
+
+    def row(self, index: int) -> ThrusterVerdict:
+        return self[index]
 
 
 def verdict(time_s: float, level: Level, **fields: object) -> ThrusterVerdict:

@@ -16,8 +16,8 @@ from detectors.thruster.sample import FaultKind, ThrusterSample
 from detectors.verdict import Level
 from drivers.readings import LinkState
 from gateway import state, texts
+from gateway.channel import Learnt
 from gateway.findings import Finding, FindingsFile
-from gateway.pipeline import Learnt
 from gateway.severity import Severity
 from gateway.silence import SilenceWatch, Watched
 from gateway.tests.conftest import ThresholdDetector, verdict

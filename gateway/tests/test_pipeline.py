@@ -3,6 +3,7 @@
 import math
 import random
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 from hypothesis import given, settings
@@ -20,9 +21,10 @@ from drivers.readings import (
     ThrusterCommand,
     ThrusterReport,
 )
+from gateway.channel import Judgement
 from gateway.config import Config
 from gateway.findings import Finding
-from gateway.pipeline import Judgement, Pipeline
+from gateway.pipeline import Arrival, Now, Pipeline
 from gateway.tests.conftest import FULL_RPM, ThresholdDetector
 from gateway.wiring import can_decoder, mavlink_decoder
 
@@ -117,6 +119,37 @@ def test_same_findings_however_advance_is_called_and_readings_are_batched(config
             last_s = reading.time_s
     lines = [finding.json_line() for finding in findings(found)]
     assert lines == [finding.json_line() for finding in expected]
+
+
+def as_events(arrivals: list[tuple[str, list]]) -> list:
+    """One event for each reading, and the time before each of them."""
+    readings = [(link, reading) for link, together in arrivals for reading in together]
+    return [event for link, one in readings for event in (Now(one.time_s), Arrival(link, [one]))]
+
+
+def in_batches(watched: Pipeline, events: list, cuts: list[int]) -> list:
+    starts = sorted({0, *(cut for cut in cuts if cut < len(events)), len(events)})
+    return [outcome for start, stop in pairwise(starts) for outcome in watched.take(events[start:stop])]
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.lists(st.integers(0, 3500), max_size=40))
+def test_batches_of_any_length_give_the_outcomes_of_one_by_one_in_their_order(config_once, cuts):
+    events = as_events([*drive(6.0, fault_s=4.0), ("can0", [LinkState(START_S + 6.0, "can0", False, "gone")])])
+    one_by_one, batched = pipeline(config_once), pipeline(config_once)
+    expected = in_batches(one_by_one, events, list(range(len(events))))
+    assert repr(in_batches(batched, events, cuts)) == repr(expected)
+    assert batched.snapshot() == one_by_one.snapshot()
+
+
+def test_the_real_detector_says_the_same_in_batches_bit_for_bit(config_once):
+    arrivals = drive(16.0, fault_s=13.0)
+    expected = play(Pipeline(config_once), arrivals)
+    assert faults(expected)
+    chance = random.Random(5)
+    cuts = [chance.randrange(2 * len(arrivals)) for _ in range(60)]
+    events = [Arrival(link, readings) for link, readings in arrivals]
+    assert repr(in_batches(Pipeline(config_once), events, cuts)) == repr(expected)
 
 
 @pytest.fixture(scope="module")

@@ -17,9 +17,9 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from drivers.can.dronecan import EscStatus, encode_esc_status, encode_raw_command
 from drivers.clock import Clock
 from gateway import state
+from gateway.channel import Judgement
 from gateway.config import Config, parse
 from gateway.findings import Finding
-from gateway.pipeline import Judgement
 from gateway.run import run
 from gateway.tests.conftest import FULL_RPM, TWO_THRUSTERS, ThresholdDetector
 

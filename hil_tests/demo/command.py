@@ -16,7 +16,8 @@ import click
 from rich.console import Console
 
 from drivers.clock import Clock
-from gateway.pipeline import Judgement, Outcome
+from gateway.channel import Judgement
+from gateway.pipeline import Outcome
 from gateway.run import Summary as GatewaySummary
 from gateway.run import run
 from hil_tests.demo.configuration import write_config

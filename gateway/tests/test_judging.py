@@ -1,0 +1,159 @@
+"""Judging in its thread: everything once and in order, however it ends; nothing is lost or late unseen."""
+
+import asyncio
+import logging
+import threading
+import time
+from itertools import pairwise
+
+import pytest
+
+from drivers.readings import ThrusterCommand, ThrusterReport
+from gateway import judging
+from gateway.channel import Judgement
+from gateway.judging import Judging
+from gateway.pipeline import Arrival, Pipeline
+from gateway.tests.conftest import FULL_RPM, ThresholdDetector
+
+START_S = 1.7e9
+PERIOD_S = 0.02
+
+
+class SlowDetector(ThresholdDetector):
+    """Takes its time, and notices when it is entered twice at once."""
+
+    delay_s = 0.01
+
+    def __init__(self, *args: object) -> None:
+        super().__init__(*args)
+        self._busy = threading.Lock()
+        self.times_s: list[float] = []
+
+    def update(self, sample):
+        assert self._busy.acquire(blocking=False), "two threads in one detector"
+        time.sleep(self.delay_s)
+        self.times_s.append(sample.time_s)
+        self._busy.release()
+        return super().update(sample)
+
+
+class SteppedClock:
+    """The time that a test says."""
+
+    now_s = START_S
+
+    def now(self) -> float:
+        return self.now_s
+
+
+class Bench:
+    """Judging, fed with a thruster's readings, and what came of it."""
+
+    def __init__(self, config) -> None:
+        self.clock = SteppedClock()
+        self.detectors: list[SlowDetector] = []
+        self.pipeline = Pipeline(config, self._make)
+        self.recorded: list = []
+        self.told: list = []
+        self.judging = Judging(self.pipeline, self.clock, self.recorded.extend, self.told.extend)
+        self._count = 0
+
+    def _make(self, *args: object) -> SlowDetector:
+        self.detectors.append(SlowDetector(*args))
+        return self.detectors[-1]
+
+    def feed(self, periods: int) -> None:
+        for _ in range(periods):
+            time_s = START_S + PERIOD_S * self._count
+            readings = [ThrusterCommand(time_s, 1, 0.5), ThrusterReport(time_s + 0.004, 1, 0.5 * FULL_RPM)]
+            self.judging.put(Arrival("can0", readings))
+            self._count += 1
+
+    def check_all_judged_once(self) -> None:
+        assert self.pipeline.drops() == {}
+        times_s = self.detectors[0].times_s
+        steps = [round((later - earlier) / PERIOD_S) for earlier, later in pairwise(times_s)]
+        assert set(steps) == {1} and len(times_s) >= self._count - 2
+        told = [outcome.sample.time_s for outcome in self.told if isinstance(outcome, Judgement)]
+        assert told == times_s
+        assert self.recorded == self.told
+
+
+@pytest.fixture
+def bench(config, monkeypatch) -> Bench:
+    monkeypatch.setattr(judging, "COLLECT_S", 0.0)
+    return Bench(config)
+
+
+async def a_batch_under_way(bench: Bench) -> asyncio.Task:
+    running = asyncio.create_task(bench.judging.run())
+    bench.feed(20)
+    await asyncio.sleep(0.05)
+    assert 0 < len(bench.detectors[0].times_s) < 15
+    bench.feed(10)
+    return running
+
+
+async def test_close_waits_until_all_is_judged_and_takes_no_more(bench):
+    running = await a_batch_under_way(bench)
+    closing = asyncio.create_task(bench.judging.close())
+    await asyncio.sleep(0.0)
+    bench.judging.put(lambda: pytest.fail("taken after close"))
+    await closing
+    bench.check_all_judged_once()
+    running.cancel()
+    await asyncio.wait([running])
+
+
+@pytest.mark.parametrize("times", [1, 2])
+async def test_cancelled_in_the_middle_of_a_batch_nothing_is_lost_or_judged_by_two(bench, times):
+    running = await a_batch_under_way(bench)
+    for _ in range(times):
+        running.cancel()
+        await asyncio.sleep(0.01)
+    await asyncio.wait([running])
+    assert running.cancelled()
+    bench.judging.finish()
+    bench.check_all_judged_once()
+
+
+async def test_an_error_of_the_pipeline_ends_judging(bench):
+    def fail() -> list:
+        raise ZeroDivisionError
+
+    running = asyncio.create_task(bench.judging.run())
+    bench.judging.put(fail)
+    with pytest.raises(ZeroDivisionError):
+        await running
+
+
+async def test_calls_have_their_turn_between_events(bench):
+    bench.feed(10)
+    bench.judging.put(lambda: ["in turn"])
+    bench.feed(10)
+    bench.judging.finish()
+    assert 8 <= bench.told.index("in turn") <= 12 and len(bench.told) > 18
+
+
+async def test_falling_behind_and_catching_up_are_told_once(bench, caplog):
+    caplog.set_level(logging.INFO, "gateway")
+    running = asyncio.create_task(bench.judging.run())
+    for behind_s in (0.1, 0.7, 1.2, 0.1, 0.1):
+        bench.judging.advance(bench.clock.now())
+        bench.clock.now_s += behind_s
+        await asyncio.sleep(0.03)
+    running.cancel()
+    await asyncio.wait([running])
+    assert [record.message for record in caplog.records] == [
+        "judging is 0.7 s behind: this machine is too slow or too busy",
+        "judging has caught up",
+    ]
+    assert bench.judging.behind_max_s == pytest.approx(1.2)
+
+
+async def test_what_finds_no_room_is_counted_and_told_once(config, monkeypatch, caplog):
+    monkeypatch.setattr(judging, "WAITING_MAX", 5)
+    bench = Bench(config)
+    bench.feed(8)
+    assert bench.judging.lost == {"machine too slow": 6}
+    assert [record.levelname for record in caplog.records] == ["ERROR"]
