@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from detectors.thruster.config import ThrusterConfig
 from detectors.thruster.evidence import CHANGE_MIN, DEVIATIONS, HEADROOM, NEWEST, REACH
 from detectors.thruster.history import History
-from detectors.thruster.identification import RUN_IN, Window, learn
+from detectors.thruster.identification import learn
 from detectors.thruster.judgement import Judgement
 from detectors.thruster.kind import FROZEN_SAMPLES, fault_kind
 from detectors.thruster.model import ThrusterModel
@@ -32,6 +32,7 @@ from detectors.thruster.tracking import (
     Tracker,
 )
 from detectors.thruster.wear import CommissionedCurve, commission, wear, wider
+from detectors.thruster.window import RUN_IN, Window
 from detectors.verdict import Level
 
 FloatArray = NDArray[np.float64]
@@ -234,7 +235,7 @@ class AdaptiveMethod:
             return np.broadcast_to(fixed, gain.change.shape)
         deviations = np.maximum(DEVIATIONS, HEADROOM * self._largest[0])[:, None]
         resolution = self.model.resolution_rpm / self.model.top_rpm / divisor
-        return np.maximum(np.maximum(CHANGE_MIN[:, None], deviations * gain.deviation), resolution)
+        return np.asarray(np.maximum(np.maximum(CHANGE_MIN[:, None], deviations * gain.deviation), resolution))
 
     def _follow(self, track: Track, fault: _Fault) -> _Judged:
         """A fault lasts until the gain has been back for a while."""

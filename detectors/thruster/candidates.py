@@ -46,7 +46,7 @@ class WindowCandidates:
         window_min, window_max, _ = config.spans
         longest = min(window_max, len(speed))
         steps = np.geomspace(min(window_min, longest), longest, WINDOW_STEPS)
-        self.windows: tuple[int, ...] = tuple(sorted({int(round(step)) for step in steps}))
+        self.windows: tuple[int, ...] = tuple(sorted({round(float(step)) for step in steps}))
         self.orders: tuple[int, ...] = tuple(range(1, config.order_max + 1))
         self._found: dict[tuple[int, int], tuple[float, FloatArray]] = {}
 

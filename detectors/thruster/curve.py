@@ -69,8 +69,8 @@ class CommandBasis:
 def combine(coefficients: FloatArray, columns: FloatArray) -> FloatArray:
     """(R, N) = (R, K) @ (K, N), summed in the order of K whatever the shapes.
 
-    A matrix product would round differently for one sample than for a block of them; then a replay in blocks would not
-    equal the live run bit for bit.
+    A matrix product would round differently for one sample than for a block of them; then a replay in blocks would
+    not equal the live run bit for bit.
     """
     total = coefficients[:, 0, None] * columns[0]
     for k in range(1, len(columns)):

@@ -206,7 +206,7 @@ def _sensible(block: FloatArray) -> FloatArray:
 def _block(*series: ArrayLike | None) -> FloatArray:
     """(5, N) of the series; those that are None are NaN."""
     arrays = [None if one is None else np.asarray(one, dtype=np.float64) for one in series]
-    shape = np.shape(arrays[0])
+    shape = () if arrays[0] is None else arrays[0].shape
     for name, array in zip(("time_s", "command", "speed_rpm", "voltage_v", "current_a"), arrays, strict=True):
         if array is not None and (array.ndim != 1 or array.shape != shape):
             raise ValueError(f"{name} has shape {array.shape}, time_s {shape}: want one-dimensional, of one length")

@@ -1,7 +1,7 @@
 """Has the gain changed? The newest samples' mean gain error against that of the samples before, on four time scales.
 
-A fault is a fast, lasting, multiplicative change. Drift of gain is slow: it is in the newest samples and in those before
-them alike. An error of delay, lag or curve shows in transients or after a change of command: the weights and the
+A fault is a fast, lasting, multiplicative change. Drift of gain is slow: it is in the newest samples and in those
+before alike. An error of delay, lag or curve shows in transients or after a change of command: the weights and the
 standard deviation of each mean know of those. What remains is tested: the mean relative residual of the newest n
 samples, less that of the reference before them, over its standard deviation, and against a least change that matters.
 """
@@ -62,7 +62,7 @@ class RunningSums:
 
     @property
     def room(self) -> int:
-        return self._sums.shape[1] - 1 - self.count
+        return int(self._sums.shape[1]) - 1 - self.count
 
     def extend(self, values: FloatArray) -> None:
         """Add (rows, N) values, one sample after the other: the same in blocks as one by one."""
@@ -107,4 +107,5 @@ class RunningSums:
 def _effective_samples(sums: FloatArray) -> FloatArray:
     """How many equally weighted samples would say as much: (sum of w)^2 / sum of w^2 (Kish)."""
     squared = sums[WEIGHT_SQUARED]
-    return np.divide(sums[WEIGHT] ** 2, squared, out=np.zeros_like(squared), where=squared > 0.0)
+    effective: FloatArray = np.divide(sums[WEIGHT] ** 2, squared, out=np.zeros_like(squared), where=squared > 0.0)
+    return effective

@@ -57,8 +57,8 @@ class ThrusterModel:
     Attributes:
         basis: the columns of the static curve.
         response: the best one found.
-        alternatives: other delays and lags that explain the window nearly as well: where they disagree, the model does
-            not know.
+        alternatives: other delays and lags that explain the window nearly as well: where they disagree, the model
+            does not know.
         order, window: the choice of the search.
         top_rpm: speed that everything is scaled by.
         supply_exponent: relative change of speed over relative change of supply voltage, 0.0 where not measured.
@@ -66,7 +66,7 @@ class ThrusterModel:
         whitener: (K + 1, K + 1) W with W'W the covariance of coefficients and supply exponent.
         noise: standard deviation of the measured speed.
         correlation: of neighbouring residuals, 0 to below 1.
-        spin_up, spin_down: error of the lag model on the way to a faster and to a slower target, of the distance to it.
+        spin_up, spin_down: error of the lag model on the way to a faster and to a slower target.
         timing: error by a command that is stamped later than the motor had it, of the first step towards its target.
         learnt_ahead, learnt_astern: (2,) least and greatest magnitude of command that the window held often enough.
         unsigned: whether the sensor gives the magnitude of the speed only.
@@ -96,14 +96,16 @@ class ThrusterModel:
 
     def speed_rpm(self, command: FloatArray) -> FloatArray:
         """(N,) steady speed at (N,) commands, at the supply voltage `supply_v`."""
-        return combine(self.response.coefficients[None, :], self.basis.columns(command))[0] * self.top_rpm
+        speed = combine(self.response.coefficients[None, :], self.basis.columns(command))[0]
+        return np.asarray(speed * self.top_rpm)
 
     def doubt(self, command: FloatArray) -> FloatArray:
         """(N,) standard deviation of the curve over its speed at (N,) commands; infinite where the speed is 0."""
         columns = self.basis.columns(command)
-        deviation = np.sqrt((combine(self.whitener[:, :-1], columns) ** 2).sum(axis=0))
+        deviation: FloatArray = np.sqrt((combine(self.whitener[:, :-1], columns) ** 2).sum(axis=0))
         speed = np.abs(combine(self.response.coefficients[None, :], columns)[0])
-        return np.divide(deviation, speed, out=np.full_like(speed, np.inf), where=speed > 0.0)
+        relative: FloatArray = np.divide(deviation, speed, out=np.full_like(speed, np.inf), where=speed > 0.0)
+        return relative
 
     def knows(self, command: FloatArray) -> NDArray[np.bool_]:
         """(N,) whether each command lies among those that were learnt; neutral always does."""

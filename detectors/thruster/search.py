@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
-from detectors.thruster.fitness import Candidates
 from detectors.thruster.swarm import Dimension, MultiCentreSwarm, Position
 
 SearchName = Literal["exact", "swarm"]
@@ -22,18 +23,32 @@ class Choice:
     fitness: float
 
 
+class SearchSpace(Protocol):
+    """Orders and windows to choose from, and how good each pair is: the smaller, the better."""
+
+    @property
+    def orders(self) -> Sequence[int]: ...
+    @property
+    def windows(self) -> Sequence[int] | NDArray[np.int_]: ...
+    def fitness(self, order: int, window: int) -> float:
+        """Of one pair; any window from the first to the last of `windows`."""
+
+    def grid(self) -> NDArray[np.float64]:
+        """(orders, windows) fitness of all pairs."""
+
+
 class Search(Protocol):
     """Picks one of the candidates. May learn from one call to the next; picklable between them."""
 
-    def __call__(self, candidates: Candidates) -> Choice: ...
+    def __call__(self, candidates: SearchSpace) -> Choice: ...
 
 
 class ExactSearch:
     """The certain optimum of the whole grid; of equals the lowest order, then the shortest window."""
 
-    def __call__(self, candidates: Candidates) -> Choice:
+    def __call__(self, candidates: SearchSpace) -> Choice:
         grid = candidates.grid()
-        order, window = np.unravel_index(np.argmin(grid), grid.shape)
+        order, window = (int(index) for index in np.unravel_index(np.argmin(grid), grid.shape))
         return Choice(int(candidates.orders[order]), int(candidates.windows[window]), float(grid[order, window]))
 
 
@@ -53,7 +68,7 @@ class SwarmSearch:
         """Prior knowledge and optima of the latest searches, as (order, window)."""
         return self._swarm.memory
 
-    def __call__(self, candidates: Candidates) -> Choice:
+    def __call__(self, candidates: SearchSpace) -> Choice:
         orders, windows = candidates.orders, candidates.windows
         optimum = self._swarm.minimise(
             lambda position: candidates.fitness(int(position[0]), int(position[1])),

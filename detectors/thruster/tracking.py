@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from detectors.thruster.curve import combine
 from detectors.thruster.evidence import REACH, UNCERTAINTY, GainChange, RunningSums
 from detectors.thruster.history import History
-from detectors.thruster.identification import settling_decay
 from detectors.thruster.lag import follow_gain
 from detectors.thruster.model import ThrusterModel
+from detectors.thruster.noise import settling_decay
 
 FloatArray = NDArray[np.float64]
 
@@ -196,7 +196,7 @@ class Tracker:
         return np.asarray((along - np.abs(predicted)) / np.maximum(np.abs(predicted), SPEED_MIN))
 
     def _despiked(self, error: FloatArray) -> tuple[FloatArray, tuple[float, float]]:
-        """A single sample far off its neighbours is replaced by the median of three; a step passes one sample late."""
+        """A single sample far off its neighbours becomes the median of three; a step passes one sample late."""
         line = np.concatenate([self._carry.errors, error])
         three = np.sort(np.stack([line[:-2], line[1:-1], line[2:]]), axis=0)
         clean = np.where(np.abs(error - three[1]) > SPIKE, three[1], error)

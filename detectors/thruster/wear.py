@@ -1,7 +1,7 @@
 """The commissioned curve, and how far today's has drifted from it.
 
-A model that always adapts follows a slow loss for ever, and would hide it (the paper's method does). So the curve that
-was learnt first is kept, and the drift away from it is a finding of its own.
+A model that always adapts follows a slow loss for ever, and would hide it (the paper's method does). So the curve
+that was learnt first is kept, and the drift away from it is a finding of its own.
 """
 
 from __future__ import annotations
