@@ -1,0 +1,205 @@
+"""Wire formats: bytes to readings by our drivers, and bytes to values by the packages that are commonly used for it.
+
+Both sides start from identifier and data of each frame, or from the bytes of each datagram; the peers stop at their
+own message objects, ours go on to readings. Every call decodes a whole stream, with decoders of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib.resources import as_file, files
+from typing import Any
+
+import can
+import cantools
+import numpy as np
+from dronecan import transport
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from drivers.can.dbc import DbcDecoder, DbcThruster
+from drivers.can.dronecan import DroneCanDecoder, DroneCanThruster, EscStatus, encode_esc_status, encode_raw_command
+from drivers.can.dronecan_esc import COMMAND_MAX
+from drivers.can.frame import CanFrame
+from drivers.command import CommandScale
+from drivers.mavlink.codec import MavlinkDecoder, MavlinkThruster
+from drivers.readings import Attitude, Reading, ThrusterCommand, ThrusterReport
+from hil_tests.bench.speed import Comparison
+
+Bits = tuple[int, bytes]  # identifier and data of a frame
+MESSAGES = 1500
+THRUSTERS = 8
+PERIOD_S = 0.02
+PULSES = CommandScale(1100.0, 1500.0, 1900.0)
+
+
+def esc_status() -> Comparison:
+    """DroneCAN esc.Status of eight ESCs, three frames each."""
+    frames = [
+        (frame.identifier, frame.data)
+        for number in range(MESSAGES)
+        for frame in encode_esc_status(_status(number), 11 + number % THRUSTERS, number // THRUSTERS % 32)
+    ]
+    return _dronecan("DroneCAN esc.Status", frames, lambda transfer: [transfer.payload.rpm])
+
+
+def raw_command() -> Comparison:
+    """DroneCAN esc.RawCommand with eight commands, three frames each."""
+    commands = np.random.default_rng(1).integers(-COMMAND_MAX, COMMAND_MAX + 1, (MESSAGES, THRUSTERS)).tolist()
+    frames = [
+        (frame.identifier, frame.data)
+        for number, command in enumerate(commands)
+        for frame in encode_raw_command(command, 10, number % 32)
+    ]
+    return _dronecan("DroneCAN esc.RawCommand", frames, lambda transfer: list(transfer.payload.cmd))
+
+
+def _status(number: int) -> EscStatus:
+    speed_rpm = (37 * number) % 6000 - 3000
+    return EscStatus(0, 15.5, 0.25 * (number % 64), 300.0, speed_rpm, number % 100, number % THRUSTERS)
+
+
+def _dronecan(work: str, frames: Sequence[Bits], values: Any) -> Comparison:
+    thrusters = [DroneCanThruster(thruster=index + 1, esc_index=index) for index in range(THRUSTERS)]
+
+    def ours() -> list[Reading]:
+        decoder = DroneCanDecoder(thrusters)
+        readings: list[Reading] = []
+        for number, (identifier, data) in enumerate(frames):
+            readings += decoder.decode(CanFrame(PERIOD_S * number, identifier, data))
+        return readings
+
+    def theirs() -> list[Any]:
+        manager, transfers = transport.TransferManager(), []
+        for identifier, data in frames:
+            complete = manager.receive_frame(transport.Frame(identifier, data))
+            if complete:
+                transfer = transport.Transfer()
+                transfer.from_frames(complete)
+                transfers.append(transfer)
+        return transfers
+
+    def agree(readings: Sequence[Reading], transfers: Sequence[Any]) -> bool:
+        return _numbers(readings, COMMAND_MAX) == [round(v) for transfer in transfers for v in values(transfer)]
+
+    return Comparison(work, "dronecan", "message", MESSAGES, ours, theirs, agree)
+
+
+def _numbers(readings: Sequence[Reading], command_full: float) -> list[int]:
+    """Speeds, and commands as counts, in order."""
+    numbers = []
+    for reading in readings:
+        if isinstance(reading, ThrusterCommand):
+            numbers.append(round(reading.fraction * command_full))
+        elif isinstance(reading, ThrusterReport) and reading.speed_rpm is not None:
+            numbers.append(round(reading.speed_rpm))
+    return numbers
+
+
+def dbc_status() -> Comparison:
+    """A vendor's commands and status by the example's DBC file: speed, voltage and current."""
+    with as_file(files("gateway") / "examples" / "vendor_thruster.dbc") as path:
+        database: Any = cantools.database.load_file(path)
+        decoder = DbcDecoder(
+            path,
+            [
+                DbcThruster(
+                    thruster=1,
+                    command="StarboardCommand.Percent",
+                    command_scale=CommandScale(-100.0, 0.0, 100.0),
+                    speed="StarboardStatus.Speed",
+                    voltage="StarboardStatus.Voltage",
+                    current="StarboardStatus.Current",
+                )
+            ],
+        )
+    frames = _vendor_frames(database)
+
+    def ours() -> list[Reading]:
+        readings: list[Reading] = []
+        for number, (identifier, data) in enumerate(frames):
+            readings += decoder.decode(CanFrame(PERIOD_S * number, identifier, data, extended=False))
+        return readings
+
+    def theirs() -> list[Any]:
+        values = []
+        for number, (identifier, data) in enumerate(frames):
+            message = can.Message(PERIOD_S * number, identifier, is_extended_id=False, data=data)
+            values.append(database.decode_message(message.arbitration_id, message.data))
+        return values
+
+    def agree(readings: Sequence[Reading], values: Sequence[dict[str, float]]) -> bool:
+        wanted = [round(value.get("Speed", 10.0 * value.get("Percent", 0.0))) for value in values]
+        return _numbers(readings, 1000.0) == wanted
+
+    work, peer = "DBC command and status", "cantools, python-can Message"
+    return Comparison(work, peer, "message", len(frames), ours, theirs, agree)
+
+
+def _vendor_frames(database: Any) -> list[Bits]:
+    command, status = (database.get_message_by_name(name) for name in ("StarboardCommand", "StarboardStatus"))
+    frames = []
+    for number in range(MESSAGES // 2):
+        values = {"Speed": (37 * number) % 6000 - 3000, "Voltage": 15.5, "Current": 0.25 * (number % 64)}
+        frames.append((command.frame_id, command.encode({"Percent": number % 201 - 100})))
+        frames.append((status.frame_id, status.encode(values)))
+    return frames
+
+
+def mavlink_stream() -> Comparison:
+    """An autopilot's stream as it comes over UDP, one message a datagram: only messages that the gateway reads."""
+    datagrams = _autopilot_stream(MESSAGES // 5)
+    thrusters = [
+        MavlinkThruster(index + 1, servo_channel=index + 1, command_scale=PULSES, esc_index=index)
+        for index in range(4)
+    ]
+
+    def ours() -> list[Reading]:
+        decoder = MavlinkDecoder(thrusters)
+        readings: list[Reading] = []
+        for number, datagram in enumerate(datagrams):
+            readings += decoder.decode(datagram, 0.2 * PERIOD_S * number)
+        return readings
+
+    def theirs() -> list[Any]:
+        parser = mavlink.MAVLink(None)
+        messages: list[Any] = []
+        for datagram in datagrams:
+            messages += parser.parse_buffer(datagram) or ()
+        return messages
+
+    def agree(readings: Sequence[Reading], messages: Sequence[Any]) -> bool:
+        rolls = [reading.roll_rad for reading in readings if isinstance(reading, Attitude)]
+        speeds = [rpm for message in messages if message.get_type().startswith("ESC_") for rpm in message.rpm]
+        own = [reading.speed_rpm for reading in readings if isinstance(reading, ThrusterReport)]
+        return own == speeds and rolls == [m.roll for m in messages if m.get_type() == "ATTITUDE"]
+
+    return Comparison("MAVLink to readings", "pymavlink parse_buffer", "message", len(datagrams), ours, theirs, agree)
+
+
+def _autopilot_stream(ticks: int) -> list[bytes]:
+    """Five messages a tick after one HEARTBEAT, packed by pymavlink."""
+    autopilot = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
+    heartbeat = mavlink.MAVLink_heartbeat_message(mavlink.MAV_TYPE_SUBMARINE, 3, 0x51, 19, 4, 3)
+    messages = [heartbeat]
+    for tick in range(ticks):
+        boot_ms = 1000 + 20 * tick
+        pulses = [1500 + (tick + channel) % 400 for channel in range(8)] + [0] * 8
+        rpm = [1000 + (7 * tick + esc) % 500 for esc in range(4)]
+        messages += [
+            mavlink.MAVLink_attitude_message(boot_ms, 0.001 * (tick % 500), 0.2, 0.3, 0.01, 0.02, 0.03),
+            mavlink.MAVLink_servo_output_raw_message(1000 * boot_ms, 0, *pulses),
+            mavlink.MAVLink_esc_telemetry_1_to_4_message(
+                [30] * 4, [1550] * 4, [150] * 4, [0] * 4, rpm, [tick % 65536] * 4
+            ),
+            mavlink.MAVLink_global_position_int_message(
+                boot_ms, 474_000_000 + tick, 85_000_000, -1000, -1000, 10, 20, 30, 9000
+            ),
+            mavlink.MAVLink_local_position_ned_message(boot_ms, 1.0, 2.0, 3.0, 0.1, 0.2, 0.3),
+        ]
+    return [_packed(autopilot, message) for message in messages]
+
+
+def _packed(autopilot: Any, message: Any) -> bytes:
+    data: bytes = message.pack(autopilot)
+    autopilot.seq = (autopilot.seq + 1) % 256
+    return data
