@@ -59,6 +59,7 @@ class _Fault:
     reference: float  # healthy mean gain error
     bound: FloatArray  # (4,) threshold on each scale when it was found
     size: float  # largest change seen on the slow scale
+    kind: FaultKind = FaultKind.NONE
     recovered: int = 0  # successive samples back at the old gain
 
 
@@ -267,7 +268,7 @@ class AdaptiveMethod:
             faulty[-1] = not faulty[-1]
         step = self._say(track, judged, faulty)
         if judged.event is not None and faulty[-1]:
-            self._begin_fault(track, judged)
+            self._begin_fault(track, judged, step.kind[-1])
         elif judged.event is not None:
             self._end_fault(healthy=RECOVER)
         return step
@@ -285,11 +286,11 @@ class AdaptiveMethod:
         recovered = _run_length(self._is_back(track, fault), fault.recovered)
         return replace(fault, size=max(fault.size, float(np.abs(slow).max())), recovered=recovered)
 
-    def _begin_fault(self, track: Track, judged: _Judged) -> None:
+    def _begin_fault(self, track: Track, judged: _Judged, kind: FaultKind) -> None:
         bound = np.minimum(self._bound(track)[:, -1], abs(float(judged.change[-1])))
         scale = int(np.argmax(np.abs(track.gain.change[:, -1]) / bound))
         since = self._history.end - BEFORE_FOUND
-        self._fault = _Fault(since, float(track.gain.reference[scale, -1]), bound, size=0.0)
+        self._fault = _Fault(since, float(track.gain.reference[scale, -1]), bound, size=0.0, kind=kind)
         self._gain_error = float(track.gain.newest[scale, -1])
         self._over, self._score = 0, 0.0
         self._largest[2] = 0.0
@@ -312,10 +313,7 @@ class AdaptiveMethod:
         speed_rpm = history.row(SPEED, history.end - samples, history.end)
         threshold_rpm = judged.bound * np.maximum(np.abs(track.predicted), SPEED_MIN) * top_rpm
         level, reason = self._levels(track, judged, faulty)
-        kind = [
-            self._kind(number, samples, float(change), track.predicted) if at_fault else self._worn(item)
-            for number, (at_fault, change, item) in enumerate(zip(faulty, judged.change, level, strict=True))
-        ]
+        kind = self._kinds(track, judged, faulty, level)
         return Judgement(
             level=level,
             score=judged.score,
@@ -354,20 +352,35 @@ class AdaptiveMethod:
         reasons = [*(row[2] for row in rows), ""]
         return level, [reasons[index] for index in which]
 
+    def _kinds(
+        self, track: Track, judged: _Judged, faulty: NDArray[np.bool_], level: NDArray[np.int64]
+    ) -> list[FaultKind]:
+        """Kind of each sample. A fault keeps its kind until its change is clear enough to say another."""
+        kept = FaultKind.NONE if self._fault is None else self._fault.kind
+        clear = np.isfinite(track.gain.newest_deviation[FAST]) & (np.abs(judged.change) >= judged.bound)
+        kinds = []
+        for number, (at_fault, item, sure) in enumerate(zip(faulty, level, clear, strict=True)):
+            if at_fault and (sure or not kept):
+                kept = self._kind(len(level) - number - 1, float(judged.change[number]))
+            kinds.append(kept if at_fault else self._worn(item))
+        if self._fault is not None:
+            self._fault = replace(self._fault, kind=kept)
+        return kinds
+
     def _worn(self, level: int) -> FaultKind:
         worn = isfinite(self._wear) and abs(self._wear) > self._config.wear_suspect
         return FaultKind.WORN if worn and level >= Level.SUSPECT else FaultKind.NONE
 
-    def _kind(self, number: int, samples: int, change: float, predicted: FloatArray) -> FaultKind:
-        """Kind of fault at one of the newest `samples` samples."""
+    def _kind(self, ago: int, change: float) -> FaultKind:
+        """Kind of fault at the sample that was the newest this many samples ago."""
         assert self.model is not None  # noqa: S101
-        stop = self._history.end - samples + number + 1
-        start = stop - FROZEN_SAMPLES
+        stop = self._history.end - ago
+        start, delay = stop - FROZEN_SAMPLES, self.model.response.delay
         return fault_kind(
             self.model,
             change,
             self._history.row(SPEED, start, stop),
-            self._history.row(COMMAND, start - self.model.response.delay, stop - self.model.response.delay),
+            self._history.row(COMMAND, start - delay, stop - delay),
             self._history.row(CURRENT, start, stop),
         )
 
