@@ -83,7 +83,7 @@ def test_the_command_prints_tables_and_writes_the_figures(tmp_path, monkeypatch)
     chosen = ["thruster detector", "fixed model", "PageHinkley"]
     only = [word for name in chosen for word in ("--only", name)]
     result = CliRunner().invoke(
-        bench, ["--runs", "1", *only, "--paper", "0", "--json", str(tmp_path / "figures.json")]
+        bench, ["--runs", "1", "--jobs", "1", *only, "--paper", "0", "--json", str(tmp_path / "figures.json")]
     )
     assert result.exit_code == 0, result.output
     expected = chosen if find_spec("river") else chosen[:2]
