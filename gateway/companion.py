@@ -67,7 +67,7 @@ class Companion:
         """Sends without waiting; where that cannot be, it is counted."""
         system = self._decoder.autopilot_system
         if system is None:
-            self._unsent["no autopilot to speak to"] += 1
+            self._unsent["not sent: no autopilot heard"] += 1
             return
         encoder = self._encoders.get(system)
         if encoder is None:
@@ -76,7 +76,9 @@ class Companion:
 
     def drops(self) -> Counter[str]:
         """What was thrown away or not sent, by cause."""
-        return self._decoder.drops + self._unsent + Counter({f"unsent: {k}": n for k, n in self._link.unsent.items()})
+        return (
+            self._decoder.drops + self._unsent + Counter({f"not sent: {k}": n for k, n in self._link.unsent.items()})
+        )
 
     def _on_bytes(self, data: bytes, time_s: float) -> None:
         known = self._decoder.autopilot_system if self.received else None

@@ -8,12 +8,12 @@ from __future__ import annotations
 import asyncio
 import logging
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
+from threadpoolctl import threadpool_limits
+
 from detectors.thruster import ThrusterDetector
-from detectors.verdict import Level
 from drivers.can.bus import CanLink
 from drivers.can.decoder import CanDecoder
 from drivers.can.frame import CanFrame
@@ -22,12 +22,13 @@ from drivers.mavlink.messages import CommandLong, CompanionHeartbeat, StatusText
 from drivers.readings import LinkState, Reading
 from gateway.channel import DetectorFactory
 from gateway.companion import Companion
-from gateway.config import CanBus, Config
+from gateway.config import MAVLINK, CanBus, Config
 from gateway.findings import Finding, FindingsFile
 from gateway.judging import Judging
 from gateway.memory import Memory
 from gateway.pipeline import Arrival, Outcome, Pipeline
 from gateway.severity import Severity
+from gateway.summary import Summary
 from gateway.wiring import can_decoder
 
 log = logging.getLogger("gateway")
@@ -37,41 +38,6 @@ TICK_S = 0.1
 LOG_LEVELS = {Severity.CRITICAL: logging.ERROR, Severity.ERROR: logging.ERROR, Severity.WARNING: logging.WARNING}
 
 Observer = Callable[[Outcome], None]
-
-
-@dataclass(slots=True)
-class Summary:
-    """What a run came to.
-
-    Attributes:
-        duration_s: from start to stop.
-        behind_max_s: the longest that readings waited to be judged.
-        frames: received, by link (of MAVLink: readings).
-        drops: what was thrown away, by link or stage, by cause.
-        findings: number of findings by their level.
-        levels: last level of every subject.
-    """
-
-    duration_s: float = 0.0
-    behind_max_s: float = 0.0
-    frames: Counter[str] = field(default_factory=Counter)
-    drops: dict[str, Counter[str]] = field(default_factory=dict)
-    findings: Counter[str] = field(default_factory=Counter)
-    levels: dict[str, Level] = field(default_factory=dict)
-
-    def lines(self) -> list[str]:
-        """For the log."""
-        return [
-            f"ran for {self.duration_s:.1f} s, judging at most {self.behind_max_s:.1f} s behind",
-            f"received: {_listed(self.frames)}",
-            *(f"dropped at {place}: {_listed(causes)}" for place, causes in self.drops.items() if causes),
-            f"findings: {_listed(self.findings)}",
-            f"levels: {', '.join(f'{subject} {level.name}' for subject, level in self.levels.items()) or 'none'}",
-        ]
-
-
-def _listed(counts: Counter[str]) -> str:
-    return ", ".join(f"{name} {count}" for name, count in sorted(counts.items())) or "none"
 
 
 async def run(
@@ -99,7 +65,8 @@ async def run(
     Raises:
         OSError: the findings cannot be written where the configuration says.
     """
-    with FindingsFile(config.files.findings) as findings:
+    # the detectors' matrices are small: BLAS threads that wait for each other on busy cores cost more than they give
+    with threadpool_limits(limits=1, user_api="blas"), FindingsFile(config.files.findings) as findings:
         session = _Session(config, Pipeline(config, detector), clock or Clock(), observer, findings)
         return await session.run(stop or asyncio.Event(), accept or asyncio.Event())
 
@@ -155,7 +122,7 @@ class _Session:
             "watching %s: thrusters %s over %s",
             self._config.vehicle.name,
             ", ".join(str(thruster.number) for thruster in self._config.thruster),
-            ", ".join(self._config.links()),
+            ", ".join(_links(self._config)),
         )
         try:
             await self._run_tasks(stop, accept)
@@ -212,7 +179,7 @@ class _Session:
         for outcome in outcomes:
             if isinstance(outcome, Finding):
                 self._counts[outcome.level.name] += 1
-                log.log(LOG_LEVELS.get(outcome.severity, logging.INFO), "%s: %s", outcome.subject, outcome.text)
+                log.log(LOG_LEVELS.get(outcome.severity, logging.INFO), "%s: %s", outcome.level.name, outcome.text)
             elif isinstance(outcome, StatusText | CommandLong | CompanionHeartbeat) and self._companion is not None:
                 self._companion.send(outcome)
             if self._observer is not None:
@@ -265,7 +232,15 @@ class _Session:
             drops=drops,
             findings=self._counts,
             levels=self._pipeline.levels(),
+            unjudged=[number for number, newest in self._pipeline.newest.items() if newest is None],
         )
+
+
+def _links(config: Config) -> Iterator[str]:
+    """Each link with the place that it leads to."""
+    yield from (f"{bus.name} ({bus.interface} {bus.channel})" for bus in config.can)
+    if config.mavlink is not None:
+        yield f"{MAVLINK} ({config.mavlink.endpoint})"
 
 
 def _colon(detail: str) -> str:

@@ -109,7 +109,7 @@ class MavlinkLink:
     async def _watch(self, lost: asyncio.Future[str], on_state: Callable[[LinkState], None]) -> str:
         """Report silence while the connection lasts; returns why it ended."""
         if self._up is None:
-            self._report(False, f"nothing received yet on {self._text}", on_state)
+            self._report(False, "nothing received yet", on_state)
         while not lost.done():
             await asyncio.wait([lost], timeout=WATCH_S)
             silent_s = self._clock.now() - self._heard_s

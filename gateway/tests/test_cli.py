@@ -98,12 +98,18 @@ def test_run_as_a_process_stops_on_sigterm_with_a_summary_and_exit_code_0(tmp_pa
     command = [sys.executable, "-c", "from gateway.cli import main; main()", "run", str(path)]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment) as process:
         first = process.stderr.readline()
-        assert first == "<6>INFO watching Test vehicle: thrusters 1, 2 over can0, mavlink\n"
+        links = "can0 (virtual gateway tests), mavlink (udpin:127.0.0.1:0)"
+        assert first == f"<6>INFO watching Test vehicle: thrusters 1, 2 over {links}\n"
         process.send_signal(signal.SIGUSR1)
         process.send_signal(signal.SIGTERM)
         rest = process.stderr.read()
         assert process.wait(timeout=20) == 0
-    assert "stopping" in rest and "findings: none" in rest and "Traceback" not in rest
+    assert (
+        "stopping" in rest
+        and "findings: none" in rest
+        and "never judged: thrusters 1, 2" in rest
+        and "Traceback" not in rest
+    )
     assert (tmp_path / "findings.jsonl").exists() and (tmp_path / "thrusters.state").exists()
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 import can
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from drivers.can.dronecan import EscStatus, encode_esc_status, encode_raw_command
 from drivers.clock import Clock
@@ -153,7 +154,7 @@ async def test_fault_on_the_bus_arrives_as_statustext_and_failsafe(live_config, 
     assert (fault["subject"], fault["text"], fault["severity"]) == ("thruster 2", simulated.texts[0][1], "CRITICAL")
     assert sorted(state.load(live_config.files.state)) == [1, 2]
     assert any("autopilot ArduSub, system 1" in record.message for record in caplog.records)
-    assert any("thruster 2: T2 entangled?" in record.message for record in caplog.records)
+    assert any("FAULT: T2 entangled?" in record.message for record in caplog.records)
 
 
 async def test_next_run_knows_what_the_last_one_learnt(live_config, port):
@@ -244,3 +245,18 @@ async def test_no_task_is_left_behind(live_config):
     stop.set()
     await running
     assert asyncio.all_tasks() == before
+
+
+async def test_blas_has_one_thread_while_it_runs_and_its_own_number_after(live_config):
+    def threads() -> list[int]:
+        return [library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"]
+
+    before, stop = threads(), asyncio.Event()
+    with threadpool_limits(limits=2, user_api="blas"):
+        running = asyncio.create_task(run(live_config, stop=stop, detector=ThresholdDetector))
+        await asyncio.sleep(0.1)
+        assert set(threads()) == {1}
+        stop.set()
+        await running
+        assert set(threads()) == {2}
+    assert threads() == before

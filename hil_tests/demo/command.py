@@ -18,8 +18,8 @@ from rich.console import Console
 from drivers.clock import Clock
 from gateway.channel import Judgement
 from gateway.pipeline import Outcome
-from gateway.run import Summary as GatewaySummary
 from gateway.run import run
+from gateway.summary import Summary as GatewaySummary
 from hil_tests.demo.configuration import write_config
 from hil_tests.demo.display import Display, LiveDisplay, PlainDisplay, View, closing_table
 from hil_tests.demo.plot import draw

@@ -1,0 +1,46 @@
+"""What a run of the gateway came to, in lines for its log."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+
+from detectors.verdict import Level
+
+
+@dataclass(slots=True)
+class Summary:
+    """What a run came to.
+
+    Attributes:
+        duration_s: from start to stop.
+        behind_max_s: the longest that readings waited to be judged.
+        frames: received, by link (of MAVLink: readings).
+        drops: what was thrown away, by link or stage, by cause.
+        findings: number of findings by their level.
+        levels: last level of every subject.
+        unjudged: thrusters of which there was never a sample.
+    """
+
+    duration_s: float = 0.0
+    behind_max_s: float = 0.0
+    frames: Counter[str] = field(default_factory=Counter)
+    drops: dict[str, Counter[str]] = field(default_factory=dict)
+    findings: Counter[str] = field(default_factory=Counter)
+    levels: dict[str, Level] = field(default_factory=dict)
+    unjudged: list[int] = field(default_factory=list)
+
+    def lines(self) -> list[str]:
+        """For the log."""
+        return [
+            f"ran for {self.duration_s:.1f} s, judging at most {self.behind_max_s:.1f} s behind",
+            f"received: {_listed(self.frames)}",
+            *(f"dropped at {place}: {_listed(causes)}" for place, causes in self.drops.items() if causes),
+            f"findings: {_listed(self.findings)}",
+            f"levels: {', '.join(f'{subject} {level.name}' for subject, level in self.levels.items()) or 'none'}",
+            *([f"never judged: thrusters {', '.join(map(str, self.unjudged))}"] if self.unjudged else []),
+        ]
+
+
+def _listed(counts: Counter[str]) -> str:
+    return ", ".join(f"{name} {count}" for name, count in sorted(counts.items())) or "none"
