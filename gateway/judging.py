@@ -56,7 +56,7 @@ class Judging:
         self._pipeline, self._clock, self._record, self._tell = pipeline, clock, record, tell
         self._waiting: asyncio.Queue[Work] = asyncio.Queue(WAITING_MAX)
         self._closed = False
-        self._late = False
+        self._told_s = 0.0  # how far behind it was when that was last said, 0 = it has caught up
         self.lost: Counter[str] = Counter()
         self.behind_max_s = 0.0
 
@@ -134,9 +134,9 @@ class Judging:
             return
         behind_s = self._clock.now() - tick.time_s - LATENESS_S
         self.behind_max_s = max(self.behind_max_s, behind_s)
-        if not self._late and behind_s > BEHIND_S:
+        if behind_s > max(BEHIND_S, 2.0 * self._told_s):
             log.warning("judging is %.1f s behind: this machine is too slow or too busy", behind_s)
-            self._late = True
-        elif self._late and behind_s < CAUGHT_UP_S:
+            self._told_s = behind_s
+        elif self._told_s and behind_s < CAUGHT_UP_S:
             log.info("judging has caught up")
-            self._late = False
+            self._told_s = 0.0
