@@ -25,6 +25,7 @@ from detectors.thruster.tracking import (
     ROWS,
     SPEED,
     SPEED_MIN,
+    SPIKE,
     TIME,
     TRUSTED,
     VOLTAGE,
@@ -43,9 +44,13 @@ CONFIRM = 2  # successive samples over the threshold that are a fault
 BEFORE_FOUND = 60  # samples before a fault was found that may belong to it
 RECOVER = 50  # successive samples back at the old gain that end a fault
 RECOVER_SHARE = 0.35  # of the fault's size within which a gain counts as the old one
+CLEAR_SHARE = 0.7  # of the fault's size from which on its kind is judged anew
 CALM = 0.8  # the model is not learnt anew while the score is above this ...
 POSTPONE, POSTPONE_MAX = 25, 8  # ... but this many samples later, so many times at most
 MATURE = 2  # warm-ups before a curve is taken for the commissioned one
+BLIND = 0.5  # relative change of speed: where the threshold is above, nothing can be said
+AT_WORK = 0.15  # of the top speed
+STAGGER = 17  # samples
 RETRY = 50  # samples to the next attempt to learn when there was too little to learn from
 RELAX = 0.97  # the memory of the largest healthy statistic fades by this at each learning
 FAST, SLOW = 1, 3  # scales (8 and 50 samples) that judge whether a fault is still there; the first one is shown
@@ -57,7 +62,7 @@ class _Fault:
 
     since: int  # number of the first sample that may belong to it
     reference: float  # healthy mean gain error
-    bound: FloatArray  # (4,) threshold on each scale when it was found
+    bound: FloatArray  # (5,) threshold on each scale when it was found
     size: float  # largest change seen on the slow scale
     kind: FaultKind = FaultKind.NONE
     recovered: int = 0  # successive samples back at the old gain
@@ -121,6 +126,7 @@ class AdaptiveMethod:
         self.model = replace(self.model, response=scaled)
         if self._fault is not None:
             self._learn_from = self._history.end
+            self._history.row(TRUSTED, self._history.first, self._history.end)[:] = 0.0
             self._due = self._history.end + self._config.spans[2]
         self.commissioned, self._wear = commission(self.model) or self.commissioned, 0.0
         self._end_fault(healthy=0)
@@ -153,7 +159,7 @@ class AdaptiveMethod:
         if model is None:
             self._due = now + RETRY
             return False
-        self.model, self._due = model, now + int(np.clip(now // 10, 50, 300))
+        self.model, self._due = model, now + self._interval(now)
         self._largest[0] = np.maximum(self._largest[0] * RELAX, self._largest[1])
         self._largest[1], self._largest[2] = self._largest[2], 0.0
         if now >= MATURE * self._config.spans[2] and (self.commissioned is None or wider(model, self.commissioned)):
@@ -161,6 +167,10 @@ class AdaptiveMethod:
         self._wear = nan if self.commissioned is None else wear(model, self.commissioned)
         self._track_anew()
         return True
+
+    def _interval(self, now: int) -> int:
+        """Samples to the next learning; a little longer by the seed, for not all thrusters to learn at once."""
+        return int(np.clip(now // 10, 50, 300)) + self._config.seed % STAGGER
 
     def _window(self, now: int) -> Window:
         """The newest samples to learn from. Those just after a gap in time are only passed through."""
@@ -172,6 +182,7 @@ class AdaptiveMethod:
         trusted = self._history.row(TRUSTED, start, stop) > 0.0
         for gap in np.flatnonzero(steps > GAP_PERIODS * self.period_s):
             trusted[gap : gap + RUN_IN // 2] = False
+        trusted &= ~_spikes(self._history.row(SPEED, start, stop))
         lead = self._config.delay_max
         return Window(
             command=self._history.row(COMMAND, start - lead, stop).copy(),
@@ -227,7 +238,7 @@ class AdaptiveMethod:
         return _Judged(score, change, gain.reference[FAST], bound[FAST], event)
 
     def _bound(self, track: Track) -> FloatArray:
-        """(4, N) relative change that is a fault, on each scale."""
+        """(5, N) relative change that is a fault, on each scale."""
         gain = track.gain
         divisor = np.maximum(np.abs(track.predicted), SPEED_MIN)
         assert self.model is not None  # noqa: S101
@@ -246,11 +257,16 @@ class AdaptiveMethod:
         whole = np.full(len(score), fault.reference)
         return _Judged(score, fast, whole, np.full(len(score), fault.bound[FAST]), event)
 
+    @staticmethod
+    def _size(track: Track, fault: _Fault) -> FloatArray:
+        """(N,) largest change of gain since the fault began, on the slow scale."""
+        slow = np.abs(track.gain.newest[SLOW] - fault.reference)
+        return np.asarray(np.maximum(np.maximum.accumulate(slow), fault.size))
+
     def _is_back(self, track: Track, fault: _Fault) -> NDArray[np.bool_]:
         """(N,) whether the gain is surely nearer to the healthy one than to the fault's."""
         newest, doubt = track.gain.newest - fault.reference, track.gain.newest_deviation
-        size = np.maximum(np.maximum.accumulate(np.abs(newest[SLOW])), fault.size)
-        near = np.maximum(0.5 * fault.bound[SLOW], RECOVER_SHARE * size)
+        near = np.maximum(0.5 * fault.bound[SLOW], RECOVER_SHARE * self._size(track, fault))
         back = np.abs(newest[SLOW]) + doubt[SLOW] < near
         back &= np.abs(newest[FAST]) < np.maximum(fault.bound[FAST], near)
         return np.asarray(back & ~track.unknown)
@@ -281,10 +297,9 @@ class AdaptiveMethod:
         self._gain_error = float(track.gain.reference[FAST, -1])
 
     def _fault_now(self, track: Track, fault: _Fault) -> _Fault:
-        slow = track.gain.newest[SLOW] - fault.reference
-        self._gain_error = float(slow[-1])
+        self._gain_error = float(track.gain.newest[SLOW, -1] - fault.reference)
         recovered = _run_length(self._is_back(track, fault), fault.recovered)
-        return replace(fault, size=max(fault.size, float(np.abs(slow).max())), recovered=recovered)
+        return replace(fault, size=float(self._size(track, fault)[-1]), recovered=recovered)
 
     def _begin_fault(self, track: Track, judged: _Judged, kind: FaultKind) -> None:
         bound = np.minimum(self._bound(track)[:, -1], abs(float(judged.change[-1])))
@@ -345,6 +360,7 @@ class AdaptiveMethod:
                 "drifts from the commissioned curve",
             ),
             (track.unknown, Level.UNKNOWN, "command not learnt yet"),
+            (self._blind(track, judged), Level.UNKNOWN, "driven too restlessly to judge"),
         )
         conditions = [row[0] for row in rows]
         level = np.select(conditions, [int(row[1]) for row in rows], int(Level.NORMAL))
@@ -352,20 +368,35 @@ class AdaptiveMethod:
         reasons = [*(row[2] for row in rows), ""]
         return level, [reasons[index] for index in which]
 
+    @staticmethod
+    def _blind(track: Track, judged: _Judged) -> NDArray[np.bool_]:
+        """(N,) whether even a large change of speed would not show now, though the thruster is at work."""
+        return np.asarray((judged.bound > BLIND) & (np.abs(track.predicted) > AT_WORK))
+
     def _kinds(
         self, track: Track, judged: _Judged, faulty: NDArray[np.bool_], level: NDArray[np.int64]
     ) -> list[FaultKind]:
-        """Kind of each sample. A fault keeps its kind until its change is clear enough to say another."""
-        kept = FaultKind.NONE if self._fault is None else self._fault.kind
-        clear = np.isfinite(track.gain.newest_deviation[FAST]) & (np.abs(judged.change) >= judged.bound)
+        """Kind of each sample. A fault keeps its kind unless it shows nearly as large as ever."""
+        kept, size = FaultKind.NONE, np.zeros(len(level))
+        if self._fault is not None:
+            kept, size = self._fault.kind, self._size(track, self._fault)
+        clear = np.abs(judged.change) >= np.maximum(judged.bound, CLEAR_SHARE * size)
+        clear &= np.isfinite(track.gain.newest_deviation[FAST])
         kinds = []
         for number, (at_fault, item, sure) in enumerate(zip(faulty, level, clear, strict=True)):
-            if at_fault and (sure or not kept):
+            stuck = kept is FaultKind.SENSOR and self._reading_stands(len(level) - number - 1)
+            if at_fault and not stuck and (sure or not kept):
                 kept = self._kind(len(level) - number - 1, float(judged.change[number]))
             kinds.append(kept if at_fault else self._worn(item))
         if self._fault is not None:
             self._fault = replace(self._fault, kind=kept)
         return kinds
+
+    def _reading_stands(self, ago: int) -> bool:
+        """Whether the speed this many samples ago is to the last bit the one before it."""
+        stop = self._history.end - ago
+        before, now = self._history.row(SPEED, stop - 2, stop).tolist()
+        return bool(before == now)
 
     def _worn(self, level: int) -> FaultKind:
         worn = isfinite(self._wear) and abs(self._wear) > self._config.wear_suspect
@@ -383,6 +414,13 @@ class AdaptiveMethod:
             self._history.row(COMMAND, start - delay, stop - delay),
             self._history.row(CURRENT, start, stop),
         )
+
+
+def _spikes(speed_rpm: FloatArray) -> NDArray[np.bool_]:
+    """(N,) single readings far off both neighbours; a step of the speed is none."""
+    line = np.concatenate([speed_rpm[:1], speed_rpm, speed_rpm[-1:]])
+    middle = np.sort(np.stack([line[:-2], line[1:-1], line[2:]]), axis=0)[1]
+    return np.asarray(np.abs(speed_rpm - middle) > SPIKE * np.quantile(np.abs(middle), 0.995))
 
 
 def _first_run(condition: NDArray[np.bool_], length: int, so_far: int) -> int | None:

@@ -1,4 +1,4 @@
-"""Has the gain changed? The newest samples' mean gain error against that of the samples before, on four time scales.
+"""Has the gain changed? The newest samples' mean gain error against that of the samples before, on five time scales.
 
 A fault is a fast, lasting, multiplicative change. Drift of gain is slow: it is in the newest samples and in those
 before alike. An error of delay, lag or curve shows in transients or after a change of command: the weights and the
@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-NEWEST = np.array([3, 8, 20, 50])  # n, samples
-CHANGE_MIN = np.array([0.12, 0.035, 0.026, 0.018])  # least relative change that is a fault
-FLOOR = np.array([0.006, 0.006, 0.0033, 0.0033])  # standard deviation that no mean gain error is better than
-REFERENCE = np.maximum(80, 2 * NEWEST)
+NEWEST = np.array([3, 8, 20, 50, 100])  # n, samples
+CHANGE_MIN = np.array([0.12, 0.035, 0.026, 0.018, 0.08])  # least relative change that is a fault
+FLOOR = np.array([0.006, 0.006, 0.0033, 0.0033, 0.006])  # standard deviation that no mean gain error is better than
+REFERENCE = np.array([80, 80, 80, 100, 400])
 APART = 4  # samples between reference and newest
 REACH = int((NEWEST + APART + REFERENCE).max())  # samples that a test looks back on
 DEVIATIONS = 5.0  # standard deviations that are a fault
@@ -32,7 +32,7 @@ WEIGHT, WEIGHT_SQUARED, ERROR, COMMAND, SYSTEMATIC, UNCERTAINTY = range(6)  # ro
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GainChange:
-    """For N samples on the four scales, (4, N) each.
+    """For N samples on the five scales, (5, N) each.
 
     Attributes:
         change: mean gain error of the newest samples less the reference's; 0 where it cannot be judged.
@@ -75,13 +75,13 @@ class RunningSums:
         """Take the newest samples out again."""
         self.count -= count
 
-    def test(self, samples: int, scale: float, inflation: float) -> GainChange:
+    def test(self, samples: int, scale: float, correlation: float) -> GainChange:
         """Test the newest samples, each with what was before it.
 
         Args:
             samples: how many.
             scale: full scale of the command.
-            inflation: of the variance of a mean by correlation.
+            correlation: of neighbouring residuals.
         """
         stop = np.arange(self.count - samples + 1, self.count + 1)
         start = stop - NEWEST[:, None]
@@ -94,14 +94,22 @@ class RunningSums:
         weight_newest = np.where(newest[WEIGHT] > 0.0, newest[WEIGHT], 1.0)
         weight_reference = np.where(reference[WEIGHT] > 0.0, reference[WEIGHT], 1.0)
         mean_newest, mean_reference = newest / weight_newest, reference / weight_reference
-        own = inflation / weight_newest + mean_newest[SYSTEMATIC] ** 2
-        variance = own + inflation / weight_reference + mean_reference[SYSTEMATIC] ** 2 + (FLOOR**2)[:, None]
+        own = _inflation(NEWEST, correlation)[:, None] / weight_newest + mean_newest[SYSTEMATIC] ** 2
+        other = _inflation(REFERENCE, correlation)[:, None] / weight_reference
+        variance = own + other + mean_reference[SYSTEMATIC] ** 2 + (FLOOR**2)[:, None]
         distance = np.abs(mean_newest[COMMAND] - mean_reference[COMMAND]) / scale
         variance += np.minimum(ELSEWHERE * distance, ELSEWHERE_MAX) ** 2
         variance += np.cumsum((mean_newest[UNCERTAINTY:] - mean_reference[UNCERTAINTY:]) ** 2, axis=0)[-1]
         change = np.where(enough, mean_newest[ERROR] - mean_reference[ERROR], 0.0)
         alone = np.where(enough_new, np.sqrt(own), np.inf)
         return GainChange(change, np.sqrt(variance), mean_newest[ERROR], mean_reference[ERROR], alone)
+
+
+def _inflation(samples: NDArray[np.int_], correlation: float) -> FloatArray:
+    """Variance of the mean of so many samples of an autoregressive series over that of independent ones."""
+    apart = 1.0 - correlation
+    within = 2.0 * correlation * (1.0 - correlation**samples) / (samples * apart**2)
+    return np.asarray((1.0 + correlation) / apart - within)
 
 
 def _effective_samples(sums: FloatArray) -> FloatArray:

@@ -23,7 +23,7 @@ ROWS = 6
 SPEED_MIN = 0.08  # of the top speed: errors of slower speeds are taken relative to this one
 LOW_SPEED_ERROR = 0.04  # error of the curve, in top speeds, near standstill; it vanishes above about 0.2 of top speed
 LOW_SPEED = 0.1
-GAP_PERIODS = 2.5  # a step in time of more than this many periods is a gap
+GAP_PERIODS = 1.8  # a step in time of more than this many periods is a gap
 SPIKE = 0.1  # relative error of a single sample beyond its neighbours that is left out
 RUN_IN = 60  # samples before the first that counts, for the lag's state to settle
 
@@ -97,7 +97,6 @@ class Tracker:
         self._follow = [follow_gain(response.lag) for response in self._responses]
         self._decay = settling_decay(model.response.lag)
         self._linger = int(3.0 * model.response.lag) + 4
-        self._inflation = (1.0 + model.correlation) / (1.0 - model.correlation)
         self._sums = RunningSums(UNCERTAINTY + len(model.whitener), REACH + RUN_IN + capacity)
         reach = max(response.delay for response in self._responses)
         start = max(history.first + reach, history.end - REACH - RUN_IN)
@@ -119,7 +118,7 @@ class Tracker:
         self._sums.extend(values)
         self._carry = replace(carry, pending=lined_up.part(slice(-1, None)))
         self._next += samples
-        gain = self._sums.test(samples, self.model.basis.scale, self._inflation)
+        gain = self._sums.test(samples, self.model.basis.scale, self.model.correlation)
         return Track(seen.predicted, seen.target, seen.unknown, gain)
 
     def checkpoint(self) -> tuple[_Carry, int]:
