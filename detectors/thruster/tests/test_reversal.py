@@ -18,7 +18,7 @@ THRUSTERS = [
 ]
 
 
-@pytest.fixture(params=range(len(THRUSTERS)), ids=lambda number: str(THRUSTERS[number]))
+@pytest.fixture(params=range(len(THRUSTERS)), ids=lambda number: f"lag {THRUSTERS[number].lag}")
 def driven(request):
     thruster, seed = THRUSTERS[request.param], 30 + request.param
     return thruster, working(COUNT, seed), seed
