@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from math import nan
 from typing import Protocol
@@ -102,8 +102,10 @@ class Channel:
         self.command_link = thruster.command.link
         self.rpm_link = thruster.rpm.link
         self.aligner = ThrusterAligner(align.sample_rate_hz, align.gap_s, align.stale_s)
-        self.detector = make(config.detector, None)
-        self._remake = partial(make, config.detector)
+        # by its own seed each thruster learns at its own time: eight at once would hold up the judging
+        settings = replace(config.detector, seed=config.detector.seed + thruster.number)
+        self.detector = make(settings, None)
+        self._remake = partial(make, settings)
         self._sources = thruster.model_dump_json(exclude={"name"})
         self._settings = f"{config.detector!r} {align.model_dump_json()}"
         self._aligned: list[ThrusterSample] = []
