@@ -51,6 +51,8 @@ def _draw_history(speed: Axes, residual: Axes, level: Axes, history: Sequence[Ju
         np.array([getattr(one.verdict, name) for one in history])
         for name in ("predicted_rpm", "threshold_rpm", "residual_rpm")
     )
+    judged = np.array([one.verdict.level != Level.UNKNOWN for one in history])
+    threshold = np.where(judged, threshold, np.nan)  # nothing is held against it meanwhile
     _draw_speed(speed, time_s, measured, predicted, threshold)
     _draw_residual(residual, time_s, off, threshold)
     _draw_level(level, time_s, [one.verdict.level for one in history])
