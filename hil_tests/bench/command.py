@@ -38,7 +38,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class Results:
-    """All that was measured."""
+    """All that was measured; `findings` is what `detection` sums up, so that a single run can be looked into."""
 
     runs: int
     first_seed: int
@@ -46,6 +46,7 @@ class Results:
     detection: list[Score]
     speed: list[Timing]
     paper: list[Row]
+    findings: list[Finding]
 
 
 @click.command()
@@ -84,11 +85,12 @@ def bench(
     console = Console(stderr=json_file == "-")
     chosen = _available(only or tuple(CONTENDERS), console) if runs else []
     with _processes(jobs) as pool:
-        detection = _detect(pool, chosen, range(seed, seed + runs), style)
+        findings = _detect(pool, chosen, range(seed, seed + runs), style)
         rows = _rebuild_paper(pool, range(paper_seeds))
     with _processes(1) as pool:  # alone: nothing else shall slow down one side of a ratio
         timings = _time(pool) if speed else []
-    results = Results(runs, seed, style, detection, timings, rows)
+    detection = [score(name, findings) for name in chosen]
+    results = Results(runs, seed, style, detection, timings, rows, findings)
     if detection:
         console.print(detection_table(detection, style), f"[dim]{TARGET}[/dim]")
     if timings:
@@ -127,12 +129,10 @@ def _processes(jobs: int) -> Iterator[ProcessPoolExecutor]:
                 os.environ[name] = value
 
 
-def _detect(pool: ProcessPoolExecutor, names: Sequence[str], seeds: range, style: Style) -> list[Score]:
+def _detect(pool: ProcessPoolExecutor, names: Sequence[str], seeds: range, style: Style) -> list[Finding]:
     futures = [pool.submit(judge, name, seed, style) for seed in seeds for name in names]
-    findings: list[Finding] = []
-    for part in _as_they_come(futures, "detection"):
-        findings += part
-    return [score(name, findings) for name in names]
+    list(_as_they_come(futures, "detection"))
+    return [finding for future in futures for finding in future.result()]
 
 
 def _rebuild_paper(pool: ProcessPoolExecutor, seeds: range) -> list[Row]:

@@ -89,6 +89,7 @@ def test_the_command_prints_tables_and_writes_the_figures(tmp_path, monkeypatch)
     expected = chosen if find_spec("river") else chosen[:2]
     figures = json.loads((tmp_path / "figures.json").read_text(), parse_constant=pytest.fail)
     assert [line["contender"] for line in figures["detection"]] == expected
+    assert [finding["loss"] for finding in figures["findings"]] == [0.0, 0.07, 0.03] * len(expected)
     assert [line["work"] for line in figures["speed"]] == [WORKS["DBC"]().work]
     assert figures["speed"][0]["ratio"] > 0.0
     assert "thruster detector" in result.output
