@@ -7,6 +7,9 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
+TIME, COMMAND, SPEED, VOLTAGE, CURRENT, TRUSTED = range(6)  # rows
+ROWS = 6
+
 
 class History:
     """The latest samples, oldest first, in one array with a row for each quantity.

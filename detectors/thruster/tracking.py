@@ -10,21 +10,17 @@ from numpy.typing import NDArray
 
 from detectors.thruster.curve import combine
 from detectors.thruster.evidence import REACH, UNCERTAINTY, GainChange, RunningSums
-from detectors.thruster.history import History
+from detectors.thruster.history import COMMAND, SPEED, TIME, TRUSTED, VOLTAGE, History
 from detectors.thruster.lag import follow_gain
 from detectors.thruster.model import ThrusterModel
 from detectors.thruster.noise import settling_decay
+from detectors.thruster.window import GAP_PERIODS, SPIKE
 
 FloatArray = NDArray[np.float64]
-
-TIME, COMMAND, SPEED, VOLTAGE, CURRENT, TRUSTED = range(6)  # rows of the history
-ROWS = 6
 
 SPEED_MIN = 0.08  # of the top speed: errors of slower speeds are taken relative to this one
 LOW_SPEED_ERROR = 0.04  # error of the curve, in top speeds, near standstill; it vanishes above about 0.2 of top speed
 LOW_SPEED = 0.1
-GAP_PERIODS = 1.8  # a step in time of more than this many periods is a gap
-SPIKE = 0.1  # relative error of a single sample beyond its neighbours that is left out
 RUN_IN = 60  # samples before the first that counts, for the lag's state to settle
 
 
@@ -86,7 +82,7 @@ class Tracker:
 
     Args:
         model: the model.
-        history: rows as numbered in this module; the tracker starts in its past, so that the test has its reference.
+        history: the samples; the tracker starts in its past, so that the test has its reference.
         period_s: sampling period.
         capacity: samples that may follow before a new tracker is needed.
     """

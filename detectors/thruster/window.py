@@ -10,12 +10,15 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from detectors.thruster.curve import CommandBasis
+from detectors.thruster.history import COMMAND, CURRENT, SPEED, TIME, TRUSTED, VOLTAGE, History
 from detectors.thruster.lag import lagged
 
 FloatArray = NDArray[np.float64]
 
 RUN_IN = 40  # samples at the window's start whose lag state is not known
 SHARE_MIN = 15  # samples beyond a command before the commands up to it count as learnt
+GAP_PERIODS = 1.8  # a step in time of more than this many periods is a gap
+SPIKE = 0.1  # relative error of a single sample beyond its neighbours that is left out
 TREND_SAMPLES = 1500.0  # time scale of the gain's drift
 
 
@@ -38,6 +41,33 @@ class Window:
     def lead(self) -> int:
         """Number of earlier commands in front: the longest delay that can be looked at."""
         return len(self.command) - len(self.speed_rpm)
+
+
+def window_of(history: History, start: int, stop: int, lead: int) -> tuple[Window, float]:
+    """Samples number start..stop-1 to learn from, and their period in seconds.
+
+    Single wild readings are not trusted, nor are the samples just after a gap in time.
+    """
+    steps = np.diff(history.row(TIME, start, stop))
+    period_s = float(np.median(steps))
+    trusted = (history.row(TRUSTED, start, stop) > 0.0) & ~_spikes(history.row(SPEED, start, stop))
+    for before in np.flatnonzero(steps > GAP_PERIODS * period_s):
+        trusted[before + 1 : before + 1 + RUN_IN // 2] = False
+    window = Window(
+        command=history.row(COMMAND, start - lead, stop).copy(),
+        speed_rpm=history.row(SPEED, start, stop).copy(),
+        trusted=trusted,
+        voltage_v=history.row(VOLTAGE, start, stop).copy(),
+        current_a=history.row(CURRENT, start, stop).copy(),
+    )
+    return window, period_s
+
+
+def _spikes(speed_rpm: FloatArray) -> NDArray[np.bool_]:
+    """(N,) single readings far off both neighbours; a step of the speed is none."""
+    line = np.concatenate([speed_rpm[:1], speed_rpm, speed_rpm[-1:]])
+    middle = np.sort(np.stack([line[:-2], line[1:-1], line[2:]]), axis=0)[1]
+    return np.asarray(np.abs(speed_rpm - middle) > SPIKE * np.quantile(np.abs(middle), 0.995))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
