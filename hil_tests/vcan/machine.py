@@ -102,7 +102,8 @@ class Machine:
             # software emulation even where /dev/kvm exists: in a machine that is itself virtual, kvm may hang
             "-accel", "tcg,thread=multi", "-cpu", "max", "-smp", "2", "-m", str(MEMORY_MIB),
             "-kernel", str(self._kernel.image), "-initrd", str(self._exchange / "initramfs"),
-            "-append", f"console=ttyS0 quiet panic=-1 exchange={self._exchange}",
+            # tsc: read without leaving the emulated processor, a clock costs 2 us instead of 8
+            "-append", f"console=ttyS0 quiet panic=-1 tsc=reliable clocksource=tsc exchange={self._exchange}",
             "-serial", f"file:{self._exchange / 'console'}",
             "-chardev", "stdio,id=terminal,signal=off", "-serial", "chardev:terminal",
             "-virtfs", f"local,path=/,mount_tag=host,readonly=on,{shared}",
