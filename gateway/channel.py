@@ -16,7 +16,8 @@ from detectors.thruster import ThrusterConfig, ThrusterSample, ThrusterVerdict
 from detectors.thruster.wear import CommissionedCurve
 from drivers.readings import ThrusterReport
 from gateway.align import ThrusterAligner
-from gateway.config import Config, Thruster
+from gateway.config import Config
+from gateway.config_sections import Thruster
 
 
 class Verdicts(Protocol):

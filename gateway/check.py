@@ -15,7 +15,8 @@ from drivers.clock import Clock
 from drivers.mavlink.endpoint import SerialPort, TcpClient, UdpClient, UdpServer, parse_endpoint
 from drivers.mavlink.transports import open_transport
 from gateway import state
-from gateway.config import CanBus, Config, Mavlink
+from gateway.config import Config
+from gateway.config_sections import CanBus, Mavlink
 from gateway.wiring import can_decoder
 
 OPEN_TIMEOUT_S = 5.0

@@ -13,7 +13,8 @@ from drivers.mavlink.messages import OutgoingMessage
 from drivers.mavlink.streams import StreamRequests
 from drivers.readings import AutopilotConflict, AutopilotHeartbeat, LinkState, Reading
 from gateway.autopilot import kind_of
-from gateway.config import MAVLINK, Config
+from gateway.config import Config
+from gateway.config_sections import MAVLINK
 from gateway.wiring import mavlink_decoder
 
 log = logging.getLogger("gateway")
@@ -42,7 +43,7 @@ class Companion:
             raise ValueError("mavlink: missing, a companion needs the link to its autopilot")
         self._settings = config.mavlink
         self._link = MavlinkLink(MAVLINK, config.mavlink.endpoint, clock)
-        self._decoder = mavlink_decoder(config, config.mavlink)
+        self._decoder = mavlink_decoder(config.mavlink, config.thruster)
         self._requests = StreamRequests()
         self._settled = False
         self._encoders: dict[int, MavlinkEncoder] = {}

@@ -14,7 +14,7 @@ from typing import Any
 from can.interfaces import VALID_INTERFACES
 
 from drivers.mavlink.endpoint import parse_endpoint
-from gateway.config import MAVLINK, CanBus, CommandSource, Failsafe, Mavlink, RpmSource, Thruster
+from gateway.config_sections import MAVLINK, CanBus, CommandSource, Failsafe, Mavlink, RpmSource, Thruster
 from gateway.problems import Problem
 from gateway.wiring import command_scale, refused_signals
 

@@ -7,7 +7,8 @@ import math
 from detectors.thruster.sample import ThrusterSample, ThrusterVerdict
 from detectors.verdict import Level
 from gateway import texts
-from gateway.config import MAVLINK, Config
+from gateway.config import Config
+from gateway.config_sections import MAVLINK
 from gateway.debounce import DebounceTimes
 from gateway.failsafe import FailsafePolicy
 from gateway.silence import SilenceWatch, Watched

@@ -22,7 +22,8 @@ from drivers.mavlink.messages import CommandLong, CompanionHeartbeat, StatusText
 from drivers.readings import LinkState, Reading
 from gateway.channel import DetectorFactory
 from gateway.companion import Companion
-from gateway.config import MAVLINK, CanBus, Config
+from gateway.config import Config
+from gateway.config_sections import MAVLINK, CanBus
 from gateway.findings import Finding, FindingsFile
 from gateway.judging import Judging
 from gateway.memory import Memory

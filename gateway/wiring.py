@@ -9,7 +9,7 @@ from drivers.can.decoder import CanDecoder
 from drivers.can.dronecan import DroneCanDecoder, DroneCanThruster
 from drivers.command import CommandScale
 from drivers.mavlink.codec import MavlinkDecoder, MavlinkThruster
-from gateway.config import MAVLINK, CanBus, CommandSource, Config, Mavlink, Thruster
+from gateway.config_sections import MAVLINK, CanBus, CommandSource, Mavlink, Thruster
 
 # Blue Robotics' Basic ESC, and ArduSub's own defaults: us
 PWM_MINIMUM_US, PWM_NEUTRAL_US, PWM_MAXIMUM_US, PWM_DEAD_BAND_US = 1100.0, 1500.0, 1900.0, 25.0
@@ -47,10 +47,10 @@ def can_decoder(bus: CanBus, thrusters: Sequence[Thruster]) -> CanDecoder:
     return DbcDecoder(bus.database, [part for one in thrusters if (part := _dbc(one, bus.name)) is not None])
 
 
-def mavlink_decoder(config: Config, mavlink: Mavlink) -> MavlinkDecoder:
-    """The decoder of the autopilot's link."""
-    thrusters = [_mavlink(one) for one in config.thruster if _uses(one, MAVLINK)]
-    return MavlinkDecoder(thrusters, own_component=mavlink.component_id, autopilot_system=mavlink.system_id)
+def mavlink_decoder(mavlink: Mavlink, thrusters: Sequence[Thruster]) -> MavlinkDecoder:
+    """The decoder of the autopilot's link, for the thrusters that are wired to it."""
+    wired = [_mavlink(one) for one in thrusters if _uses(one, MAVLINK)]
+    return MavlinkDecoder(wired, own_component=mavlink.component_id, autopilot_system=mavlink.system_id)
 
 
 def refused_signals(bus: CanBus, thrusters: Sequence[Thruster]) -> Iterator[tuple[str, object, str]]:

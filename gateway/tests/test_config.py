@@ -29,7 +29,7 @@ def test_examples_load_and_give_decoders(path):
     config = load(path)
     assert len(config.thruster) == {"bluerov2_heavy_dronecan": 8, "pwm_mavlink_esc": 6, "vendor_dbc": 2}[path.stem]
     assert all(can_decoder(bus, config.thruster).filters() for bus in config.can)
-    assert mavlink_decoder(config, config.mavlink).drops == {}
+    assert mavlink_decoder(config.mavlink, config.thruster).drops == {}
 
 
 def test_there_are_three_examples():

@@ -331,6 +331,6 @@ def test_damaged_frames_are_counted_and_accuse_nobody(config, seed):
 @settings(max_examples=30, deadline=None)
 @given(st.lists(st.binary(max_size=300), max_size=10))
 def test_no_bytes_of_mavlink_whatever_raise(config_once, chunks):
-    decoder, watched = mavlink_decoder(config_once, config_once.mavlink), pipeline(config_once)
+    decoder, watched = mavlink_decoder(config_once.mavlink, config_once.thruster), pipeline(config_once)
     for n, data in enumerate(chunks):
         assert faults(watched.feed("mavlink", decoder.decode(data, START_S + n))) == []
