@@ -43,11 +43,15 @@ def thruster_trouble(verdict: ThrusterVerdict) -> str:
 def thruster_details(sample: ThrusterSample, verdict: ThrusterVerdict) -> tuple[str, ...]:
     """Evidence, in pieces that can be left out from the end: `812 rpm`, `, want 1043`, ` (-22%)`."""
     if verdict.kind is FaultKind.WORN and math.isfinite(verdict.wear):
-        return (f"{verdict.wear:+.0%}", " since commissioned")
-    measured = f"{sample.speed_rpm:.0f} rpm"
+        return (_percent(verdict.wear), " since commissioned")
+    measured = f"{sample.speed_rpm:z.0f} rpm"
     wanted = verdict.predicted_rpm
     if not math.isfinite(wanted):
         return (measured,)
     if abs(wanted) < PERCENT_FLOOR_RPM:
-        return measured, f", want {wanted:.0f}"
-    return measured, f", want {wanted:.0f}", f" ({sample.speed_rpm / wanted - 1.0:+.0%})"
+        return measured, f", want {wanted:z.0f}"
+    return measured, f", want {wanted:z.0f}", f" ({_percent(sample.speed_rpm / wanted - 1.0)})"
+
+
+def _percent(share: float) -> str:
+    return f"{share:+z.0%}"  # z: what rounds to nothing is +0%, never -0%

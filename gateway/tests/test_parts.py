@@ -3,6 +3,7 @@
 import json
 import math
 import pickle
+import re
 import subprocess
 from collections import OrderedDict
 
@@ -37,6 +38,8 @@ def words(number: int, speed_rpm: float, **fields: object) -> str:
         ("T1 propeller lost? 1300 rpm, want 1000 (+30%)", (1, 1300.0, FaultKind.PROPELLER_LOST, 1000.0)),
         ("T12 blocked or dead? 0 rpm, want -2043 (-100%)", (12, 0.0, FaultKind.STOPPED, -2043.0)),
         ("T2 RPM sensor? 500 rpm, want 0", (2, 500.0, FaultKind.SENSOR, 0.4)),
+        ("T2 RPM sensor? 0 rpm, want 0", (2, -0.3, FaultKind.SENSOR, -0.4)),  # nothing has no sign
+        ("T1 RPM sensor? -2471 rpm, want -2483 (+0%)", (1, -2471.0, FaultKind.SENSOR, -2483.0)),
         ("T2 dead? 0 rpm", (2, 0.0, FaultKind.DEAD, math.nan)),
     ],
 )
@@ -59,6 +62,7 @@ def test_wear_is_told_by_how_much():
 def test_thruster_text_always_fits_and_names_kind(number, speed_rpm, predicted_rpm, kind, wear):
     text = words(number, speed_rpm, kind=kind, predicted_rpm=predicted_rpm, wear=wear)
     assert len(text) <= 50 and text.startswith(f"T{number} {kind}?")
+    assert not re.search(r"-0(%| rpm|,|$)", text)
 
 
 FINDING = Finding(
