@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from detectors.verdict import Level
@@ -37,9 +38,19 @@ class Summary:
             f"received: {_listed(self.frames)}",
             *(f"dropped at {place}: {_listed(causes)}" for place, causes in self.drops.items() if causes),
             f"findings: {_listed(self.findings)}",
-            f"levels: {', '.join(f'{subject} {level.name}' for subject, level in self.levels.items()) or 'none'}",
+            f"levels: {_worst_first(self.levels)}",
             *([f"never judged: thrusters {', '.join(map(str, self.unjudged))}"] if self.unjudged else []),
         ]
+
+
+def _worst_first(levels: Mapping[str, Level]) -> str:
+    """The subjects that are not NORMAL, by name: what is well need not be listed."""
+    named = [subject for subject, level in levels.items() if level is not Level.NORMAL]
+    if not named:
+        return "all NORMAL" if levels else "none"
+    named.sort(key=lambda subject: levels[subject], reverse=True)
+    told = ", ".join(f"{subject} {levels[subject].name}" for subject in named)
+    return told if len(named) == len(levels) else f"{told}, all others NORMAL"
 
 
 def _listed(counts: Counter[str]) -> str:

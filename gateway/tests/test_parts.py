@@ -21,6 +21,7 @@ from gateway.channel import Learnt
 from gateway.findings import Finding, FindingsFile
 from gateway.severity import Severity
 from gateway.silence import SilenceWatch, Watched
+from gateway.summary import Summary
 from gateway.tests.conftest import ThresholdDetector, verdict
 from gateway.timeline import Timeline
 
@@ -181,6 +182,22 @@ def test_link_that_goes_down_is_told_at_once():
     assert levels(watch, 0.1) == {"link can0": (Level.SUSPECT, "can0 down: bus-off")}
     watch.link_state(LinkState(0.2, "can0", True, ""))
     assert levels(watch, 0.2)["link can0"][0] is Level.NORMAL
+
+
+@pytest.mark.parametrize(
+    ("last", "line"),
+    [
+        ({}, "levels: none"),
+        ({"thruster 1": Level.NORMAL, "link can0": Level.NORMAL}, "levels: all NORMAL"),
+        ({"thruster 1": Level.NORMAL, "thruster 2": Level.FAULT}, "levels: thruster 2 FAULT, all others NORMAL"),
+        (
+            {"thruster 1": Level.UNKNOWN, "thruster 2": Level.SUSPECT, "thruster 3": Level.FAULT},
+            "levels: thruster 3 FAULT, thruster 2 SUSPECT, thruster 1 UNKNOWN",
+        ),
+    ],
+)
+def test_summary_names_only_what_is_not_normal_the_worst_first(last, line):
+    assert line in Summary(levels=last).lines()
 
 
 def learnt() -> dict[int, Learnt]:
