@@ -180,7 +180,7 @@ class _Session:
         for outcome in outcomes:
             if isinstance(outcome, Finding):
                 self._counts[outcome.level.name] += 1
-                log.log(LOG_LEVELS.get(outcome.severity, logging.INFO), "%s: %s", outcome.level.name, outcome.text)
+                log.log(LOG_LEVELS.get(outcome.severity, logging.INFO), "%s", _line(outcome))
             elif isinstance(outcome, StatusText | CommandLong | CompanionHeartbeat) and self._companion is not None:
                 self._companion.send(outcome)
             if self._observer is not None:
@@ -242,6 +242,11 @@ def _links(config: Config) -> Iterator[str]:
     yield from (f"{bus.name} ({bus.interface} {bus.channel})" for bus in config.can)
     if config.mavlink is not None:
         yield f"{MAVLINK} ({config.mavlink.endpoint})"
+
+
+def _line(finding: Finding) -> str:
+    """For the log: a note on a failsafe request says how it went, and not how well the vehicle is."""
+    return finding.text if finding.detector == "failsafe" else f"{finding.level.name}: {finding.text}"
 
 
 def _colon(detail: str) -> str:

@@ -154,7 +154,10 @@ async def test_fault_on_the_bus_arrives_as_statustext_and_failsafe(live_config, 
     assert (fault["subject"], fault["text"], fault["severity"]) == ("thruster 2", simulated.texts[0][1], "CRITICAL")
     assert sorted(state.load(live_config.files.state)) == [1, 2]
     assert any("autopilot ArduSub, system 1" in record.message for record in caplog.records)
-    assert any("FAULT: T2 entangled?" in record.message for record in caplog.records)
+    messages = [record.message for record in caplog.records]
+    assert any(message.startswith("FAULT: T2 entangled?") for message in messages)
+    assert "T2 failsafe hold: accepted" in messages
+    assert [line["level"] for line in lines if line["text"] == "T2 failsafe hold: accepted"] == ["NORMAL"]
 
 
 async def test_next_run_knows_what_the_last_one_learnt(live_config, port):
