@@ -2,7 +2,7 @@
 
 Chebyshev polynomials T_0..T_q of the magnitude of the command, scaled to -1..1, once for ahead and, where the
 thruster is driven astern, once more for astern: a propeller is not symmetric, and a dead band puts a kink at neutral.
-A command of exactly 0 asks for no speed.
+The neutral command asks for no speed.
 
 The curve is not fitted freely but with a prior (Bayesian least squares): its coefficients of degree j are expected
 to be within about `SMOOTHNESS / j^2` of the top speed. What the window's commands did not excite then stays
@@ -29,11 +29,13 @@ class CommandBasis:
         scale: greatest magnitude of the command that is mapped to 1.
         order: highest degree of each direction's polynomial.
         astern: whether there are columns for negative commands as well.
+        neutral: command that asks for no speed; magnitudes and directions are meant from there.
     """
 
     scale: float
     order: int
     astern: bool
+    neutral: float = 0.0
 
     @property
     def size(self) -> int:
@@ -53,13 +55,14 @@ class CommandBasis:
 
     def columns(self, command: FloatArray) -> FloatArray:
         """(K, N) columns for (N,) commands. Element by element: the same whether N is 1 or 1000."""
-        scaled = np.abs(command) * (2.0 / self.scale) - 1.0
+        relative = command - self.neutral
+        scaled = np.abs(relative) * (2.0 / self.scale) - 1.0
         degrees = [np.ones_like(scaled), scaled]
         for _ in range(2, self.order + 1):
             degrees.append(2.0 * scaled * degrees[-1] - degrees[-2])
         polynomials = np.stack(degrees[: self.order + 1])
-        ahead = polynomials * (command > 0.0)
-        return np.concatenate([ahead, polynomials * (command < 0.0)]) if self.astern else ahead
+        ahead = polynomials * (relative > 0.0)
+        return np.concatenate([ahead, polynomials * (relative < 0.0)]) if self.astern else ahead
 
     def up_to(self, order: int) -> NDArray[np.bool_]:
         """(K,) which columns a curve of this lower order uses."""

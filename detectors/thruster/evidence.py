@@ -17,7 +17,7 @@ FloatArray = NDArray[np.float64]
 
 NEWEST = np.array([3, 8, 20, 50, 100])  # n, samples
 CHANGE_MIN = np.array([0.12, 0.035, 0.026, 0.018, 0.08])  # least relative change that is a fault
-FLOOR = np.array([0.006, 0.006, 0.0033, 0.0033, 0.006])  # standard deviation that no mean gain error is better than
+FLOOR = np.array([0.006, 0.006, 0.004, 0.0045, 0.008])  # standard deviation that no mean gain error is better than
 REFERENCE = np.array([80, 80, 80, 100, 400])
 APART = 4  # samples between reference and newest
 REACH = int((NEWEST + APART + REFERENCE).max())  # samples that a test looks back on

@@ -68,7 +68,8 @@ class ThrusterModel:
         correlation: of neighbouring residuals, 0 to below 1.
         spin_up, spin_down: error of the lag model on the way to a faster and to a slower target.
         timing: error by a command that is stamped later than the motor had it, of the first step towards its target.
-        learnt_ahead, learnt_astern: (2,) least and greatest magnitude of command that the window held often enough.
+        learnt_ahead, learnt_astern: (2,) least and greatest magnitude of command, from neutral, that the window held
+            often enough.
         unsigned: whether the sensor gives the magnitude of the speed only.
         resolution_rpm: the smallest step of the speed sensor.
         current_law: (2,) idle current and current over (speed / top speed)^3, A; NaN where not measured.
@@ -109,7 +110,8 @@ class ThrusterModel:
 
     def knows(self, command: FloatArray) -> NDArray[np.bool_]:
         """(N,) whether each command lies among those that were learnt; neutral always does."""
-        magnitude, slack = np.abs(command), NEXT_TO * self.basis.scale
-        low = np.where(command < 0.0, self.learnt_astern[0], self.learnt_ahead[0]) - slack
-        high = np.where(command < 0.0, self.learnt_astern[1], self.learnt_ahead[1]) + slack
-        return np.asarray((command == 0.0) | ((magnitude >= low) & (magnitude <= high)))
+        relative = command - self.basis.neutral
+        magnitude, slack = np.abs(relative), NEXT_TO * self.basis.scale
+        low = np.where(relative < 0.0, self.learnt_astern[0], self.learnt_ahead[0]) - slack
+        high = np.where(relative < 0.0, self.learnt_astern[1], self.learnt_ahead[1]) + slack
+        return np.asarray((relative == 0.0) | ((magnitude >= low) & (magnitude <= high)))

@@ -14,7 +14,8 @@ class ThrusterSample:
 
     Attributes:
         time_s: instant of the sample.
-        command: the command in any fixed linear unit (volt, percent, fraction, PWM offset); 0 is neutral.
+        command: the command in any fixed linear unit (fraction, percent, volt ...) with 0 as neutral, or a servo
+            pulse width in microseconds, whose neutral is 1500.
         speed_rpm: measured propeller speed. Signed where the sensor has a sign, else the magnitude.
         voltage_v: supply voltage, None where it is not measured.
         current_a: motor or ESC current, None where it is not measured.

@@ -52,7 +52,8 @@ def commission(model: ThrusterModel, earlier: CommissionedCurve | None = None) -
 
     Only what the model is sure of is commissioned; the earlier curve stays if there is nothing.
     """
-    command = np.concatenate([_points(model.learnt_astern, -1.0)[::-1], _points(model.learnt_ahead, 1.0)])
+    relative = np.concatenate([_points(model.learnt_astern, -1.0)[::-1], _points(model.learnt_ahead, 1.0)])
+    command = relative + model.basis.neutral
     healthy = 1.0
     if earlier is not None:
         drift = wear(model, earlier)
@@ -75,7 +76,7 @@ def _points(learnt: tuple[float, float], side: float) -> np.ndarray[tuple[int], 
 def wider(model: ThrusterModel, curve: CommissionedCurve) -> bool:
     """Whether the model knows clearly more of the commands than the curve does."""
     spans = [max(high - low, 0.0) for low, high in (model.learnt_ahead, model.learnt_astern)]
-    known = np.array(curve.command)
+    known = np.array(curve.command) - model.basis.neutral
     had = [float(np.ptp(side)) if len(side) else 0.0 for side in (known[known > 0], known[known < 0])]
     return sum(spans) > 1.1 * sum(had)
 

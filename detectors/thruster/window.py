@@ -19,6 +19,8 @@ RUN_IN = 40  # samples at the window's start whose lag state is not known
 SHARE_MIN = 15  # samples beyond a command before the commands up to it count as learnt
 GAP_PERIODS = 1.8  # a step in time of more than this many periods is a gap
 SPIKE = 0.1  # relative error of a single sample beyond its neighbours that is left out
+PULSE_WIDTHS_US = (800.0, 2200.0)
+PULSE_NEUTRAL_US = 1500.0
 TREND_SAMPLES = 1500.0  # time scale of the gain's drift
 
 
@@ -110,24 +112,32 @@ class Prepared:
 
 def prepare(window: Window, order_max: int, usable_min: int) -> Prepared | None:
     """The window made ready; None where it shows too little: at rest, or too few trusted samples."""
-    scale = float(np.abs(window.command).max())
+    neutral = neutral_of(window.command)
+    command = window.command - neutral
+    scale = float(np.abs(command).max())
     top_rpm = float(np.quantile(np.abs(window.speed_rpm), 0.995))
     if scale <= 0.0 or top_rpm <= 0.0:
         return None
-    astern = bool(np.count_nonzero(window.command < -0.01 * scale) > SHARE_MIN)
+    astern = bool(np.count_nonzero(command < -0.01 * scale) > SHARE_MIN)
     unsigned = not bool((window.speed_rpm < -0.02 * top_rpm).any())
     speed, usable = window.speed_rpm / top_rpm, window.trusted.copy()
     usable[:RUN_IN] = False
     if unsigned and astern:
-        speed, certain = _signed(window.command, speed, window.lead)
+        speed, certain = _signed(command, speed, window.lead)
         usable &= certain
     if np.count_nonzero(usable) < usable_min:
         return None
-    basis = CommandBasis(scale, order_max, astern)
+    basis = CommandBasis(scale, order_max, astern, neutral)
     supply_v, supply = _supply(window.voltage_v)
     time = (np.arange(len(speed)) - (len(speed) - 1)) / TREND_SAMPLES
     columns = basis.columns(window.command)
     return Prepared(basis, columns, window.lead, top_rpm, speed, usable, time, supply, supply_v, unsigned)
+
+
+def neutral_of(command: FloatArray) -> float:
+    """The command that asks for no speed: 0, but the middle of the range for servo pulse widths in microseconds."""
+    low, high = PULSE_WIDTHS_US
+    return PULSE_NEUTRAL_US if bool(((command >= low) & (command <= high)).all()) else 0.0
 
 
 def _supply(voltage_v: FloatArray) -> tuple[float, FloatArray]:
