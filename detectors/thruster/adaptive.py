@@ -42,6 +42,7 @@ BEFORE_FOUND = 60  # samples before a fault was found that may belong to it
 CALM = 0.8  # the model is not learnt anew while the score is above this ...
 POSTPONE, POSTPONE_MAX = 25, 8  # ... but this many samples later, so many times at most
 MATURE = 2  # warm-ups before a curve is taken for the commissioned one
+INTERVAL_MIN, INTERVAL_MAX = 50, 300  # samples from learning to learning
 STAGGER = 17  # samples
 RETRY = 50  # samples to the next attempt to learn when there was too little to learn from
 RELAX = 0.97  # the memory of the largest healthy statistic fades by this at each learning
@@ -67,6 +68,7 @@ class AdaptiveMethod:
         self.period_s = nan
         self._tracker: Tracker | None = None
         self._due, self._postponed = warmup, 0
+        self._learnt: tuple[tuple[float, float], tuple[float, float]] | None = None  # commands, at the last learning
         self._learn_from = 0  # samples before this number belong to another state of the thruster
         self._over = 0  # successive samples over the threshold so far
         self._score = 0.0
@@ -128,18 +130,33 @@ class AdaptiveMethod:
         if model is None:
             self._due = now + RETRY
             return False
-        self.model, self._due = model, now + self._interval(now)
+        self._due = now + self._interval(now)
+        self.model = self._confirmed(model)
         self._largest[0] = np.maximum(self._largest[0] * RELAX, self._largest[1])
         self._largest[1], self._largest[2] = self._largest[2], 0.0
-        if now >= MATURE * self._config.spans[2] and (self.commissioned is None or wider(model, self.commissioned)):
-            self.commissioned = commission(model, self.commissioned)
-        self._wear = nan if self.commissioned is None else wear(model, self.commissioned)
+        if now >= MATURE * self._config.spans[2] and (
+            self.commissioned is None or wider(self.model, self.commissioned)
+        ):
+            self.commissioned = commission(self.model, self.commissioned)
+        self._wear = nan if self.commissioned is None else wear(self.model, self.commissioned)
         self._track_anew()
         return True
 
+    def _confirmed(self, model: ThrusterModel) -> ThrusterModel:
+        """The model, knowing only commands that were learnt the last time as well: at first it may be a transient.
+
+        Where there are new ones, the next learning comes soon.
+        """
+        learnt = (model.learnt_ahead, model.learnt_astern)
+        before, self._learnt = self._learnt or learnt, learnt
+        ahead, astern = ((max(a[0], b[0]), min(a[1], b[1])) for a, b in zip(before, learnt, strict=True))
+        if (ahead, astern) != learnt:
+            self._due = min(self._due, self._history.end + INTERVAL_MIN)
+        return replace(model, learnt_ahead=ahead, learnt_astern=astern)
+
     def _interval(self, now: int) -> int:
         """Samples to the next learning; a little longer by the seed, for not all thrusters to learn at once."""
-        return int(np.clip(now // 10, 50, 300)) + self._config.seed % STAGGER
+        return int(np.clip(now // 10, INTERVAL_MIN, INTERVAL_MAX)) + self._config.seed % STAGGER
 
     def _track_anew(self) -> None:
         assert self.model is not None  # noqa: S101

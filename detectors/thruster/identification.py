@@ -33,7 +33,6 @@ from detectors.thruster.window import SHARE_MIN, Prepared, Window, prepare
 
 FloatArray = NDArray[np.float64]
 
-HELD = 0.05  # full scales that a command may have moved over the longest delay and still count as held
 USABLE_MIN = 100  # samples that a model takes at least
 FIRST_NOISE = 0.01  # of the top speed, before anything is known
 PLAUSIBLE = 9.0  # a delay and lag is plausible if it lowers the log likelihood by less than half of this
@@ -60,7 +59,7 @@ def learn(window: Window, config: ThrusterConfig, search: Search) -> ThrusterMod
     weight = recent / errors.variance
     full = solve(*_ordered(with_drift(columns, curve, data), data.speed, weight))
     correlated = correlation((full.residual * np.sqrt(weight))[recent])
-    driven = (window.command[data.lead :] - data.basis.neutral)[recent & _held(window, data)]
+    driven = (window.command[data.lead :] - data.basis.neutral)[recent]
     size = data.basis.size + 1
     prior = np.concatenate([data.basis.prior_deviation, [1.0]])
     return ThrusterModel(
@@ -174,12 +173,6 @@ def _alternative(data: Prepared, drift: _Drift, delay: int, lag: float) -> Respo
     columns = data.lagged(delay, lag) * drift.gain
     weight = data.usable / drift.noise**2
     return Response(delay, lag, solve(columns, data.speed, data.basis.prior_deviation, weight).coefficients)
-
-
-def _held(window: Window, data: Prepared) -> NDArray[np.bool_]:
-    """(N,) whether the command is about the one of the longest delay before: the speed then shows it, or nearly."""
-    before = window.command[: len(data.speed)]
-    return np.asarray(np.abs(window.command[data.lead :] - before) <= HELD * data.basis.scale)
 
 
 def _learnt(command: FloatArray) -> tuple[float, float]:

@@ -27,7 +27,8 @@ class Response:
     coefficients: FloatArray
 
 
-NEXT_TO = 0.05  # full scales outside the learnt commands that count as learnt
+NEAR_NEUTRAL = 0.1  # full scales: a thruster that was driven so slowly is known down to standstill
+NEXT_TO = 0.07  # of a learnt command: what is no farther outside counts as learnt
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +112,8 @@ class ThrusterModel:
     def knows(self, command: FloatArray) -> NDArray[np.bool_]:
         """(N,) whether each command lies among those that were learnt; neutral always does."""
         relative = command - self.basis.neutral
-        magnitude, slack = np.abs(relative), NEXT_TO * self.basis.scale
-        low = np.where(relative < 0.0, self.learnt_astern[0], self.learnt_ahead[0]) - slack
-        high = np.where(relative < 0.0, self.learnt_astern[1], self.learnt_ahead[1]) + slack
+        magnitude = np.abs(relative)
+        low = np.where(relative < 0.0, self.learnt_astern[0], self.learnt_ahead[0])
+        low = np.where(low <= NEAR_NEUTRAL * self.basis.scale, 0.0, low * (1.0 - NEXT_TO))
+        high = np.where(relative < 0.0, self.learnt_astern[1], self.learnt_ahead[1]) * (1.0 + NEXT_TO)
         return np.asarray((relative == 0.0) | ((magnitude >= low) & (magnitude <= high)))

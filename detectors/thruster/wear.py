@@ -90,4 +90,4 @@ def wear(model: ThrusterModel, curve: CommissionedCurve) -> float:
         return nan
     supply = curve.supply_v / model.supply_v - 1.0 if isfinite(curve.supply_v) and isfinite(model.supply_v) else 0.0
     now = model.speed_rpm(command[shared]) * (1.0 + model.supply_exponent * supply)
-    return float(np.mean(now / was[shared] - 1.0))
+    return float(np.median(now / was[shared] - 1.0))
