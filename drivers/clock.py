@@ -5,8 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-# A frame waits in a socket buffer for milliseconds, for seconds if the process was stopped or starved; those that waited
-# must keep their order. Older than this, the wall clock was set between stamp and reading, and the age says nothing.
+# A frame waits in a socket buffer for milliseconds, for seconds if the process was stopped or starved; those that
+# waited must keep their order. Older than this, the wall clock was set meanwhile, and the age says nothing.
 MAX_AGE_S = 60.0
 # The two clocks are read one after the other, so their difference jitters by as much as the scheduler pauses us.
 # It is held until it really moved, else frames stamped in order by the kernel could come out in another order.
