@@ -9,6 +9,9 @@ from contextlib import ExitStack
 
 import pytest
 
+# small matrices: on a busy machine BLAS's threads wait for each other more than they work; set before numpy comes in
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 from hil_tests.vcan.guest_tests import REPORT_OPTION, GuestTests, write_report
 from hil_tests.vcan.interface import has_vcan
 from hil_tests.vcan.kernel import MachineUnavailableError, guest_kernel
