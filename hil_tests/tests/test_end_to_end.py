@@ -71,6 +71,12 @@ rpm = {{ link = "can0", esc_index = 1, signed = false }}
 [align]
 sample_rate_hz = {rate_hz}
 
+[detector.thruster]
+# counted in samples, which are 80 ms here; the default search would take an emulated machine half a second
+delay_max = 4
+lag_max = 4.0
+order_max = 3
+
 [supervisor]
 silent_s = 5.0  # between two runs, the tank is silent
 """
@@ -80,7 +86,9 @@ def recorded_traffic() -> list[CanFrame]:
     """A motor on a bench as ESC 0, a thruster in a tank as ESC 1, each with its fault."""
     bench = read_esc_bench(DATA / "esc_bench" / "f40_steps_5-2.csv").part(BENCH_START_S, BENCH_END_S)
     runs = read_ngs_tank(DATA / "ngs_tank" / "closed_loop_runs.csv")
-    tank = chained([run for name, run in runs.items() if name.endswith("Sine")], TANK_PAUSE_S)
+    tank = chained(
+        [run for name, run in runs.items() if name.startswith("CL2") and name.endswith("Sine")], TANK_PAUSE_S
+    )
     return dronecan_traffic(
         {
             0: bench.thinned(RATE_HZ).with_speed_scaled(SPEED_FACTOR, BENCH_FAULT_S),
