@@ -45,7 +45,7 @@ class Clock:
         now_s, wall_s = self.now(), self._wall()
         if not 0.0 <= wall_s - unix_s <= MAX_AGE_S:  # also false for NaN
             return now_s
-        offset_s = now_s - wall_s
-        if abs(offset_s - self._wall_offset_s) > OFFSET_TOLERANCE_S:
+        offset_s, pause_s = now_s - wall_s, self.now() - now_s
+        if pause_s <= OFFSET_TOLERANCE_S < abs(offset_s - self._wall_offset_s):  # not if we were paused in between
             self._wall_offset_s = offset_s
         return min(now_s, unix_s + self._wall_offset_s)

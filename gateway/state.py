@@ -11,6 +11,7 @@ import io
 import json
 import os
 import pickle
+from enum import EnumType
 from pathlib import Path
 from typing import Any
 
@@ -101,6 +102,13 @@ def _header(line: bytes) -> object:
         return None
 
 
+def _member(kind: object, name: str) -> Any:
+    """What `getattr` is in a pickle of some versions of Python 3.11: the way to a member of an enumeration."""
+    if isinstance(kind, EnumType) and name in kind.__members__:
+        return kind.__members__[name]
+    raise StateError(f"{kind!r}.{name} does not belong in it")
+
+
 class _Unpickler(pickle.Unpickler):
     def find_class(self, module: str, name: str) -> Any:
         package = module.partition(".")[0]
@@ -110,4 +118,6 @@ class _Unpickler(pickle.Unpickler):
                 return found
         elif (module, name) in PLAIN or (package == "numpy" and name in NUMPY):
             return super().find_class(module, name)
+        elif (module, name) == ("builtins", "getattr"):
+            return _member
         raise StateError(f"{module}.{name} does not belong in it")

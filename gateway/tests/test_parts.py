@@ -1,5 +1,6 @@
 """The small parts: texts, findings, ticks, silence, state on disk."""
 
+import io
 import json
 import math
 import pickle
@@ -253,3 +254,25 @@ def test_damaged_state_is_refused(garbage, place, byte):
     for data in (garbage, damaged if damaged != whole else b"", whole[:place]):
         with pytest.raises(state.StateError):
             state.unpack(data)
+
+
+class _WrittenByGetattr:
+    """Pickles as some versions of Python 3.11 pickle a member of an enumeration: (getattr, (class, name))."""
+
+    def __init__(self, kind, name):
+        self._kind, self._name = kind, name
+
+    def __reduce__(self):
+        return getattr, (self._kind, self._name)
+
+
+def test_members_of_enumerations_come_back_as_every_python_pickles_them():
+    written = pickle.dumps(_WrittenByGetattr(Level, "FAULT"))
+    assert state._Unpickler(io.BytesIO(written)).load() is Level.FAULT
+
+
+@pytest.mark.parametrize(("kind", "name"), [(Level, "__class__"), (Level, "mro"), (dict, "fromkeys")])
+def test_nothing_else_is_reached_that_way(kind, name):
+    written = pickle.dumps(_WrittenByGetattr(kind, name))
+    with pytest.raises(state.StateError):
+        state._Unpickler(io.BytesIO(written)).load()
