@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from math import isfinite
 
 from detectors.thruster.search import SearchName
@@ -79,6 +79,3 @@ class ThrusterConfig:
 def _want(name: str, value: object, fulfilled: bool, wanted: str) -> None:
     if not fulfilled or (isinstance(value, float) and not isfinite(value)):
         raise ValueError(f"{name} = {value!r}: want {wanted}")
-
-
-SETTINGS = tuple(field.name for field in fields(ThrusterConfig))

@@ -57,7 +57,7 @@ def learn(window: Window, config: ThrusterConfig, search: Search) -> ThrusterMod
     resolution_rpm = sensor_step_rpm(window.speed_rpm)
     errors = _errors(data, timing, columns, curve, recent, max(drift.noise, resolution_rpm / data.top_rpm / 12**0.5))
     weight = recent / errors.variance
-    full = solve(*_ordered(with_drift(columns, curve, data), data.speed, weight))
+    full = solve(*with_drift(columns, curve, data), data.speed, weight)
     correlated = correlation((full.residual * np.sqrt(weight))[recent])
     driven = (window.command[data.lead :] - data.basis.neutral)[recent]
     size = data.basis.size + 1
@@ -107,20 +107,12 @@ def _timing(data: Prepared, lag_max: float) -> tuple[Timing, _Drift]:
 def _drift(data: Prepared, timing: Timing, before: _Drift) -> _Drift:
     columns = data.lagged(timing.delay, timing.lag) * before.gain
     weight = data.usable / before.noise**2
-    rough = solve(columns, data.speed, data.basis.prior_deviation, weight)
-    fit = solve(*_ordered(with_drift(columns, rough.coefficients @ columns, data), data.speed, weight))
+    rough = solve(columns, data.basis.prior_deviation, data.speed, weight)
+    fit = solve(*with_drift(columns, rough.coefficients @ columns, data), data.speed, weight)
     supply, linear, quadratic = fit.coefficients[-3:]
     change = 1.0 + supply * data.supply + linear * data.time + quadratic * data.time**2
     residual = fit.residual[data.usable]
     return _Drift(before.gain * np.clip(change, 0.5, 2.0), robust_deviation(residual), correlation(residual))
-
-
-def _ordered(
-    design_and_prior: tuple[FloatArray, FloatArray], speed: FloatArray, weight: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """The arguments of `solve`."""
-    design, prior = design_and_prior
-    return design, speed, prior, weight
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -138,7 +130,7 @@ def _errors(
     data: Prepared, timing: Timing, columns: FloatArray, curve: FloatArray, recent: NDArray[np.bool_], noise: float
 ) -> _Errors:
     """How far the model errs: at rest, on the way up and down, and at the first sample of a step."""
-    fit = solve(*_ordered(with_drift(columns, curve, data), data.speed, recent / noise**2))
+    fit = solve(*with_drift(columns, curve, data), data.speed, recent / noise**2)
     coefficients = fit.coefficients[: data.basis.size]
     target, speed = coefficients @ data.static(timing.delay), coefficients @ columns
     distance, faster = np.abs(target - speed), np.abs(target) >= np.abs(speed)
@@ -165,14 +157,14 @@ def _coefficients(
     design, prior = with_drift(columns, curve, data)
     chosen = np.concatenate([kept, [True, True, True]])
     coefficients = np.zeros(data.basis.size)
-    coefficients[kept] = solve(design[chosen], data.speed, prior[chosen], weight).coefficients[: int(kept.sum())]
+    coefficients[kept] = solve(design[chosen], prior[chosen], data.speed, weight).coefficients[: int(kept.sum())]
     return coefficients
 
 
 def _alternative(data: Prepared, drift: _Drift, delay: int, lag: float) -> Response:
     columns = data.lagged(delay, lag) * drift.gain
     weight = data.usable / drift.noise**2
-    return Response(delay, lag, solve(columns, data.speed, data.basis.prior_deviation, weight).coefficients)
+    return Response(delay, lag, solve(columns, data.basis.prior_deviation, data.speed, weight).coefficients)
 
 
 def _learnt(command: FloatArray) -> tuple[float, float]:

@@ -24,7 +24,7 @@ class Fit:
     residual: FloatArray
 
 
-def solve(design: FloatArray, speed: FloatArray, prior: FloatArray, weight: FloatArray) -> Fit:
+def solve(design: FloatArray, prior: FloatArray, speed: FloatArray, weight: FloatArray) -> Fit:
     """Fit (N,) speeds by the (K, N) design.
 
     Args:

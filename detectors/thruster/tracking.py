@@ -66,13 +66,11 @@ class Track:
 
     Attributes:
         predicted: speed that the model gives, top speeds, signed.
-        target: steady speed that it heads for.
         unknown: whether the command, or one that still shows, was not learnt.
         gain: the test for a change of gain.
     """
 
     predicted: FloatArray
-    target: FloatArray
     unknown: NDArray[np.bool_]
     gain: GainChange
 
@@ -115,7 +113,7 @@ class Tracker:
         self._carry = replace(carry, pending=lined_up.part(slice(-1, None)))
         self._next += samples
         gain = self._sums.test(samples, self.model.basis.scale, self.model.correlation)
-        return Track(seen.predicted, seen.target, seen.unknown, gain)
+        return Track(seen.predicted, seen.unknown, gain)
 
     def checkpoint(self) -> tuple[_Carry, int]:
         """What `back_to` needs."""
