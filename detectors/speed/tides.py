@@ -65,7 +65,7 @@ class Constituent:
         doodson: multiples of the mean lunar time, of the mean longitudes of Moon, Sun and lunar perigee, of the
             negated longitude of the lunar node and of the longitude of the solar perigee.
         phase_deg: what is added to them to make V.
-        series: of the nodal corrections; their f multiply and their u add up where shallow water makes the constituent.
+        series: of the nodal corrections; in shallow water several, whose f multiply and whose u add up.
     """
 
     name: str
