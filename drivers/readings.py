@@ -129,6 +129,26 @@ class LocalPosition:
 
 
 @dataclass(frozen=True, slots=True)
+class PositionFix:
+    """Position on the earth as a positioning system measured it: GPS, or an acoustic system such as USBL.
+
+    Attributes:
+        time_s: reception; an acoustic fix is older by up to a second or two, and nobody says by how much.
+        latitude_rad, longitude_rad: WGS 84.
+        depth_m: below mean sea level; None: not in this fix.
+        accuracy_m: horizontal, as the sender sees it (standard deviation, roughly); None: not said.
+        source: who measured: fixes of two sources differ by their offsets, and do not make one track.
+    """
+
+    time_s: float
+    latitude_rad: float
+    longitude_rad: float
+    depth_m: float | None
+    accuracy_m: float | None
+    source: str
+
+
+@dataclass(frozen=True, slots=True)
 class LinkState:
     """A bus or link came up, went down, or told of trouble while it stayed up.
 
@@ -155,5 +175,6 @@ Reading = (
     | Attitude
     | GlobalPosition
     | LocalPosition
+    | PositionFix
     | LinkState
 )

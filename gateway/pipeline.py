@@ -29,6 +29,7 @@ from drivers.readings import (
     GlobalPosition,
     LinkState,
     LocalPosition,
+    PositionFix,
     Reading,
     ThrusterCommand,
     ThrusterReport,
@@ -199,7 +200,7 @@ class Pipeline:
                 yield from self._supervisor.acknowledge(reading)
             case AutopilotConflict():
                 yield from self._supervisor.observe(autopilots_observation(reading.time_s, reading.system_ids))
-            case AutopilotReboot() | Attitude() | GlobalPosition() | LocalPosition():
+            case AutopilotReboot() | Attitude() | GlobalPosition() | LocalPosition() | PositionFix():
                 pass  # not needed to watch thrusters
             case _:
                 assert_never(reading)

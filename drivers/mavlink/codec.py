@@ -11,6 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from drivers.mavlink import formats
 from drivers.mavlink.autopilot import AUTOPILOT_COMPONENT, AUTOPILOT_INVALID, AutopilotChoice
+from drivers.mavlink.fixes import PositionFixes
 from drivers.mavlink.formats import ESC_TELEMETRY, MessageFormat
 from drivers.mavlink.frames import FrameScanner, Packet
 from drivers.mavlink.messages import CommandLong, CompanionHeartbeat, OutgoingMessage, StatusText
@@ -57,6 +58,8 @@ class MavlinkEncoder:
 class MavlinkDecoder:
     """A stream of MAVLink 1 and 2 from a vehicle to readings: what its autopilot says, and nobody else.
 
+    (But for GPS_INPUT, which positioning systems send as other components of the vehicle.)
+
     No byte makes it raise. Signed frames are taken like any other: their signature is not checked.
 
     Args:
@@ -86,7 +89,9 @@ class MavlinkDecoder:
         self._autopilot = AutopilotChoice(autopilot_system, self.drops)
         self._handlers = self._handlers_for(autopilot_system)
         self._handlers_system = autopilot_system
-        self._scanner = FrameScanner({formats.HEARTBEAT.message_id, *self._handlers}, self.drops)
+        self._fixes = PositionFixes(self.drops)
+        wanted = {formats.HEARTBEAT.message_id, formats.GPS_INPUT.message_id, *self._handlers}
+        self._scanner = FrameScanner(wanted, self.drops)
 
     @property
     def autopilot_system(self) -> int | None:
@@ -102,9 +107,19 @@ class MavlinkDecoder:
         """
         readings: list[Reading] = []
         for packet in self._scanner.feed(data, time_s):
-            if packet.component_id == AUTOPILOT_COMPONENT:
+            if packet.message_id == formats.GPS_INPUT.message_id:
+                readings += self._from_positioning(packet, time_s)
+            elif packet.component_id == AUTOPILOT_COMPONENT:
                 readings += self._from_autopilot(packet, time_s)
         return readings
+
+    def _from_positioning(self, packet: Packet, time_s: float) -> list[Reading]:
+        if packet.component_id == self._own_component:
+            return []
+        if packet.system_id != self._autopilot.system_id:
+            self.drops["not our vehicle"] += 1
+            return []
+        return self._fixes.gps_input(packet.component_id, formats.GPS_INPUT.unpack(packet.payload), time_s)
 
     def _from_autopilot(self, packet: Packet, time_s: float) -> list[Reading]:
         if packet.message_id == formats.HEARTBEAT.message_id:
@@ -135,11 +150,13 @@ class MavlinkDecoder:
         """What to do with each message that is wanted; messages that no thruster needs are not even unpacked."""
         vehicle = VehicleTelemetry(system_id or 0, self._own_component, self.drops)
         thrusters = ThrusterTelemetry(self._thrusters, self.drops)
+        fixes = PositionFixes(self.drops)
         handlers: list[Handler] = [
             (formats.SYSTEM_TIME, vehicle.system_time),
             (formats.ATTITUDE, vehicle.attitude),
             (formats.LOCAL_POSITION_NED, vehicle.local_position),
             (formats.GLOBAL_POSITION_INT, vehicle.global_position),
+            (formats.GPS_RAW_INT, fixes.gps_raw),
             (formats.COMMAND_ACK, vehicle.acknowledgement),
         ]
         if any(thruster.servo_channel is not None for thruster in self._thrusters):

@@ -78,6 +78,7 @@ _COMMON = (
     Stream(formats.ATTITUDE.message_id, 20.0),
     Stream(formats.GLOBAL_POSITION_INT.message_id, 10.0),
     Stream(formats.LOCAL_POSITION_NED.message_id, 10.0),
+    Stream(formats.GPS_RAW_INT.message_id, 5.0),
     Stream(formats.SYSTEM_TIME.message_id, 1.0),
 )
 # The first ESC_TELEMETRY message brings all groups: asking ArduPilot for the others is DENIED.

@@ -69,6 +69,21 @@ class Peer:
         message = getattr(dialect, f"MAVLink_esc_telemetry_{first}_to_{first + 3}_message")
         return self.pack(message(temperature, voltage, current, (0, 0, 0, 0), rpm, count))
 
+    def gps_input(self, latitude=437_000_000, longitude=73_000_000, altitude=-12.5, accuracy=0.8, ignored=0,
+                  fix_type=3, gps_id=0, time_us=0, **options):  # fmt: skip
+        message = dialect.MAVLink_gps_input_message(
+            time_us, gps_id, ignored, 0, 0, fix_type, latitude, longitude, altitude, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0,
+            accuracy, 1.0, 255,
+        )  # fmt: skip
+        return self.pack(message, **options)
+
+    def gps_raw(self, latitude=437_000_000, longitude=73_000_000, altitude=-12_500, accuracy=800, fix_type=3,
+                time_us=5_000_000, **options):  # fmt: skip
+        message = dialect.MAVLink_gps_raw_int_message(
+            time_us, fix_type, latitude, longitude, altitude, 100, 100, 0, 0, 12, 0, accuracy
+        )
+        return self.pack(message, **options)
+
     def acknowledgement(self, command, result, target_system=0, target_component=0):
         message = dialect.MAVLink_command_ack_message(command, result, 255, 0, target_system, target_component)
         return self.pack(message)

@@ -1,5 +1,6 @@
 """The recording of a real BlueROV2, read by us and by pymavlink."""
 
+import math
 from collections import Counter
 from pathlib import Path
 
@@ -8,7 +9,14 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from drivers.command import CommandScale
 from drivers.mavlink.codec import MavlinkDecoder, MavlinkThruster
-from drivers.readings import Attitude, AutopilotHeartbeat, CommandAcknowledgement, GlobalPosition, LocalPosition
+from drivers.readings import (
+    Attitude,
+    AutopilotHeartbeat,
+    CommandAcknowledgement,
+    GlobalPosition,
+    LocalPosition,
+    PositionFix,
+)
 
 RECORDING = Path(__file__).parents[4] / "shared/data/ardusub_logs/small.tlog"
 PWM = CommandScale(1100.0, 1500.0, 1900.0)
@@ -80,10 +88,30 @@ def in_their_words(reading):
 
 def test_every_wanted_message_has_the_values_that_pymavlink_reads(frames):
     decoder = MavlinkDecoder([MavlinkThruster(i, i, PWM) for i in range(1, CHANNELS + 1)], autopilot_system=1)
-    ours = [in_their_words(reading) for time_s, frame in frames for reading in decoder.decode(frame, time_s)]
+    readings = [reading for time_s, frame in frames for reading in decoder.decode(frame, time_s)]
+    ours = [in_their_words(reading) for reading in readings if not isinstance(reading, PositionFix)]
     assert ours == theirs(frames)
     assert len(ours) > 10_000
     print(Counter(type(reading).__name__ for reading in ours), decoder.drops)
+
+
+def test_fixes_of_its_underwater_gps_and_what_the_autopilot_made_of_them(frames):
+    decoder, link = MavlinkDecoder([], autopilot_system=1), dialect.MAVLink(None)
+    link.robust_parsing = True
+    readings = [reading for time_s, frame in frames for reading in decoder.decode(frame, time_s)]
+    ours = Counter((one.source, one.latitude_rad, one.depth_m) for one in readings if isinstance(one, PositionFix))
+    messages = [message for _, frame in frames for message in link.parse_buffer(frame) or []]
+    sent = [message for message in messages if message.get_type() == "GPS_INPUT" and message.fix_type == 3]
+    echoed = {
+        message.time_usec: message.lat
+        for message in messages
+        if message.get_type() == "GPS_RAW_INT" and message.fix_type == 3
+    }
+    theirs = Counter(("GPS_INPUT 220.0", math.radians(one.lat * 1e-7), None) for one in sent)
+    theirs += Counter(("GPS_RAW_INT", math.radians(latitude * 1e-7), 0.0) for latitude in echoed.values())
+    assert ours == theirs
+    assert len(sent) > 900 and len(echoed) > 400
+    assert decoder.drops["no position fix"] > 50
 
 
 def test_the_file_itself_is_a_stream_with_eight_odd_bytes_before_each_frame(frames):
