@@ -137,7 +137,6 @@ _KNOWN = (
     Constituent("MF", (0, 2, 0, 0, 0, 0), 0, (_MF,)),
     Constituent("MM", (0, 1, 0, -1, 0, 0), 0, (_MM,)),
     Constituent("SSA", (0, 0, 2, 0, 0, 0)),
-    Constituent("SA", (0, 0, 1, 0, 0, 0)),
     # shallow water
     Constituent("MK3", (3, 1, 0, 0, 0, 0), 90, (_M2, _K1)),
     Constituent("M4", (4, 0, 0, 0, 0, 0), 0, (_M2, _M2)),
