@@ -144,6 +144,7 @@ class ArduSub:
         forward, right = _in_body(target.north_m - motion.north_m, target.east_m - motion.east_m, motion.yaw_rad)
         hands_on = max(abs(sticks.forward), abs(sticks.right)) > STICK_CENTRED
         down_on = abs(sticks.down) > STICK_CENTRED
+        forward_mps, right_mps, down_mps = motion.over_ground_mps()
         self._target = replace(
             target,
             north_m=motion.north_m if hands_on else target.north_m,
@@ -151,9 +152,9 @@ class ArduSub:
             down_m=motion.down_m if down_on else target.down_m,
         )
         return Sticks(
-            forward=sticks.forward if hands_on else _towards(forward, motion.forward_mps),
-            right=sticks.right if hands_on else _towards(right, motion.right_mps),
-            down=sticks.down if down_on else _towards(target.down_m - motion.down_m, motion.down_mps),
+            forward=sticks.forward if hands_on else _towards(forward, forward_mps),
+            right=sticks.right if hands_on else _towards(right, right_mps),
+            down=sticks.down if down_on else _towards(target.down_m - motion.down_m, down_mps),
             yaw=sticks.yaw,
         )
 

@@ -8,20 +8,16 @@ from __future__ import annotations
 
 import socket
 from collections import Counter
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from math import degrees, inf
+from math import inf
 from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from hil_tests.rig.ardusub import Answer, ArduSub, Result, whole
+from hil_tests.rig.telemetry import COMPOSERS, Telemetry
 from hil_tests.rig.vehicle import Motion
 
-ORIGIN_LATITUDE_DEG, ORIGIN_LONGITUDE_DEG = 63.4600, 10.3800
-METRES_PER_DEGREE = 111_320.0
-LONGITUDE_SHRINK = 0.4469  # cosine of the origin's latitude
-NEUTRAL_US, HALF_RANGE_US = 1500, 400
 # What ArduSub sends unasked, in seconds between two.
 DEFAULT_INTERVALS_S = {
     mavlink.MAVLINK_MSG_ID_HEARTBEAT: 1.0,
@@ -61,15 +57,6 @@ class ReceivedCommand:
     command: int
     parameters: tuple[float, ...]
     result: Result
-
-
-@dataclass(frozen=True, slots=True)
-class Telemetry:
-    """What the autopilot knows of the vehicle at one instant."""
-
-    boot_s: float
-    motion: Motion
-    commands: Sequence[float]
 
 
 @dataclass(slots=True)
@@ -115,6 +102,7 @@ class AutopilotPeer:
         self._ardusub = ardusub
         self._system_id = system_id
         self._mavlink = mavlink.MAVLink(self._datagrams, srcSystem=system_id, srcComponent=1)
+        self._relayed: dict[int, mavlink.MAVLink] = {}
         self._interval_s: dict[int, float] = {}
         self._next_s: dict[int, float] = {}
         for message_id, interval_s in DEFAULT_INTERVALS_S.items():
@@ -135,6 +123,14 @@ class AutopilotPeer:
             if time_s >= self._next_s[message_id]:
                 self._next_s[message_id] = max(self._next_s[message_id], time_s - interval_s) + interval_s
                 self._mavlink.send(self._compose(message_id))
+
+    def relay(self, message: Any, component_id: int) -> None:
+        """Send a message of another component of the vehicle, as the vehicle's router would: from the same port."""
+        if component_id not in self._relayed:
+            self._relayed[component_id] = mavlink.MAVLink(
+                self._datagrams, srcSystem=self._system_id, srcComponent=component_id
+            )
+        self._relayed[component_id].send(message)
 
     def _schedule(self, message_id: int, interval_s: float) -> None:
         self._interval_s[message_id] = interval_s
@@ -207,64 +203,3 @@ def _parse(datagram: bytes) -> list[Any]:
     parser = mavlink.MAVLink(None)
     parser.robust_parsing = True
     return parser.parse_buffer(datagram) or []
-
-
-def _heartbeat(_: Telemetry, ardusub: ArduSub) -> Any:
-    base_mode = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | mavlink.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED
-    if ardusub.armed:
-        base_mode |= mavlink.MAV_MODE_FLAG_SAFETY_ARMED
-    status = mavlink.MAV_STATE_ACTIVE if ardusub.armed else mavlink.MAV_STATE_STANDBY
-    return mavlink.MAVLink_heartbeat_message(
-        mavlink.MAV_TYPE_SUBMARINE, mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, base_mode, ardusub.mode, status, 3
-    )
-
-
-def _attitude(now: Telemetry, _: ArduSub) -> Any:
-    motion = now.motion
-    return mavlink.MAVLink_attitude_message(_boot_ms(now), 0.0, 0.0, motion.yaw_rad, 0.0, 0.0, motion.yaw_rate_radps)
-
-
-def _global_position(now: Telemetry, _: ArduSub) -> Any:
-    motion = now.motion
-    latitude_deg = ORIGIN_LATITUDE_DEG + motion.north_m / METRES_PER_DEGREE
-    longitude_deg = ORIGIN_LONGITUDE_DEG + motion.east_m / (METRES_PER_DEGREE * LONGITUDE_SHRINK)
-    altitude_mm = round(-1e3 * motion.down_m)
-    velocity_cmps = [round(1e2 * velocity) for velocity in motion.velocity_ned_mps()]
-    return mavlink.MAVLink_global_position_int_message(
-        _boot_ms(now), round(1e7 * latitude_deg), round(1e7 * longitude_deg), altitude_mm, altitude_mm,
-        *velocity_cmps, round(100.0 * degrees(motion.yaw_rad)) % 36000,
-    )  # fmt: skip
-
-
-def _local_position(now: Telemetry, _: ArduSub) -> Any:
-    motion = now.motion
-    place = motion.north_m, motion.east_m, motion.down_m
-    return mavlink.MAVLink_local_position_ned_message(_boot_ms(now), *place, *motion.velocity_ned_mps())
-
-
-def _servo_output(now: Telemetry, _: ArduSub) -> Any:
-    pulses_us = [round(NEUTRAL_US + HALF_RANGE_US * command) for command in now.commands]
-    first_eight = (pulses_us + [0] * 8)[:8]  # 0: channel not in use
-    return mavlink.MAVLink_servo_output_raw_message(_boot_ms(now) * 1000 % 2**32, 0, *first_eight)
-
-
-def _version(_: Telemetry, __: ArduSub) -> Any:
-    capabilities = mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2 | mavlink.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
-    release = 4 << 24 | 7 << 16
-    return mavlink.MAVLink_autopilot_version_message(
-        capabilities, release, 0, 0, 0, [0] * 8, [0] * 8, [0] * 8, 0, 0, 0
-    )
-
-
-def _boot_ms(now: Telemetry) -> int:
-    return round(1e3 * now.boot_s)
-
-
-COMPOSERS: dict[int, Callable[[Telemetry, ArduSub], Any]] = {
-    mavlink.MAVLINK_MSG_ID_HEARTBEAT: _heartbeat,
-    mavlink.MAVLINK_MSG_ID_ATTITUDE: _attitude,
-    mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: _global_position,
-    mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: _local_position,
-    mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW: _servo_output,
-    mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION: _version,
-}

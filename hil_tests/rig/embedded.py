@@ -4,25 +4,63 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from math import isnan, nan
 from types import TracebackType
 from typing import Any
 
 import can
 
+from hil_tests.rig import acoustic
+from hil_tests.rig.acoustic import AcousticErrors, AcousticSystem
 from hil_tests.rig.ardusub import ArduSub
-from hil_tests.rig.autopilot import AutopilotPeer, Notes, Telemetry
+from hil_tests.rig.autopilot import AutopilotPeer, Notes
 from hil_tests.rig.esc import CommandNode, EscBank, raw_command_filter
-from hil_tests.rig.faults import InjectedFault
+from hil_tests.rig.faults import HullFault, InjectedFault
+from hil_tests.rig.helm import Course, steer
+from hil_tests.rig.navigation import NavigationErrors, NavigationFilter
 from hil_tests.rig.pilot import WORKING, DrivingStyle, Pilot, Sticks
-from hil_tests.rig.vehicle import Vehicle, mix
+from hil_tests.rig.telemetry import Telemetry
+from hil_tests.rig.vehicle import Motion, Vehicle, mix
+from hil_tests.rig.water import STILL, Water
 
 STEP_S = 0.01
 STEPS_PER_REPORT = 2  # commands and reports at 50 Hz
 # A fault shows in the speed when it differs by this share from a healthy twin that is not near standstill.
 SHOWING_SHARE = 0.05
 SHOWING_RPM = 300.0
+# What is caught on the hull shows when it has taken this share of the speed through the water.
+SLOWED_SHARE = 0.2
+SLOWED_MPS = 0.3
+STEPS_PER_ESTIMATE = 5  # errors of the navigation filter are drawn anew at 20 Hz
+STEPS_PER_MOMENT = 10  # the truth is kept at 10 Hz
 # A filter that matches no frame of these nodes: the autopilot's CAN node only sends.
 NOTHING = {"can_id": 0x1FFFFFFF, "can_mask": 0x1FFFFFFF, "extended": True}
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """What the vehicle drives in, and how well it knows where it is.
+
+    Attributes:
+        water: with its current.
+        hull_faults: what catches on the hull, in seconds since the start.
+        navigation: errors of the autopilot's position and heading.
+        acoustic: of an acoustic positioning system that speaks GPS_INPUT; None: there is none.
+    """
+
+    water: Water = STILL
+    hull_faults: Sequence[HullFault] = ()
+    navigation: NavigationErrors = NavigationErrors()  # noqa: RUF009  frozen
+    acoustic: AcousticErrors | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """How the vehicle really moved at one instant."""
+
+    time_s: float
+    motion: Motion
 
 
 class EmbeddedVehicle:
@@ -38,6 +76,14 @@ class EmbeddedVehicle:
         seed: of the pilot and of all noise.
         faults: what happens to which thruster (from 1), in seconds since the start.
         style: how the pilot drives.
+        course: headings that the pilot steers; None: the yaw stick is moved like the others.
+        surroundings: water, hull and navigation.
+
+    Attributes:
+        vehicle: thrusters, battery and hull.
+        shown_s: when a fault first showed in a thruster's speed, by its number.
+        slowed_s: when what is caught on the hull first showed in the speed through the water; NaN: not yet.
+        moments: the truth so far, ten times a second.
 
     Raises:
         ValueError: a fault names a thruster that is not there.
@@ -54,15 +100,22 @@ class EmbeddedVehicle:
         seed: int = 0,
         faults: Mapping[int, Sequence[InjectedFault]] | None = None,
         style: DrivingStyle = WORKING,
+        course: Course | None = None,
+        surroundings: Surroundings = Surroundings(),
     ) -> None:
         self._now = now
         self._start_s = now()
         self._steps = 0
         self._commands = mix(Sticks())
         self._pilot = Pilot(seed, style)
+        self._course = course
         self._ardusub = ArduSub()
-        self.vehicle = Vehicle(STEP_S, seed, faults)
+        self.vehicle = Vehicle(STEP_S, seed, faults, water=surroundings.water, hull_faults=surroundings.hull_faults)
+        self._navigation = NavigationFilter(surroundings.navigation, seed)
+        self._acoustic = AcousticSystem(surroundings.acoustic, seed) if surroundings.acoustic else None
         self.shown_s: dict[int, float] = {}
+        self.slowed_s = nan
+        self.moments: list[Moment] = []
         # A real ESC keeps its pace whatever this process does, and the kernel stamps what it sends. So that the
         # scheduler's pauses do not pass for jitter of the motors, frames on a virtual bus bear the rig's own time.
         options: dict[str, Any] = {"preserve_timestamps": True} if interface == "virtual" else {}
@@ -120,20 +173,33 @@ class EmbeddedVehicle:
         """Make all steps that are due by `time_s`, and exchange MAVLink messages."""
         while self._start_s + self._steps * STEP_S <= time_s:
             self._step(self._steps * STEP_S)
-        boot_s = max(time_s - self._start_s, 0.0)
-        self._autopilot.exchange(time_s, Telemetry(boot_s, self.vehicle.hull.motion, self._commands))
+        since_start_s = max(self._steps - 1, 0) * STEP_S
+        motion = self.vehicle.hull.motion
+        self._autopilot.exchange(time_s, Telemetry(since_start_s, self._navigation.seen(motion), self._commands))
+        fix = self._acoustic and self._acoustic.due(since_start_s, time_s, motion)
+        if fix:
+            self._autopilot.relay(fix, acoustic.COMPONENT_ID)
 
     def _step(self, since_start_s: float) -> None:
         time_s = self._start_s + since_start_s
-        sticks = self._pilot.sticks(since_start_s)
-        self._commands = mix(self._ardusub.demand(sticks, self.vehicle.hull.motion))
+        self._commands = mix(self._ardusub.demand(self._sticks(since_start_s), self.vehicle.hull.motion))
         if self._steps % STEPS_PER_REPORT == 0:
             self._command_node.publish(time_s, self._commands)
-        self.vehicle.step(since_start_s, self._escs.commands(time_s))
+        motion = self.vehicle.step(since_start_s, self._escs.commands(time_s))
         if self._steps % STEPS_PER_REPORT == 1:
             self._escs.report(time_s, STEPS_PER_REPORT * STEP_S)
+        if self._steps % STEPS_PER_ESTIMATE == 0:
+            self._navigation.advance(since_start_s)
+        if self._steps % STEPS_PER_MOMENT == 0:
+            self.moments.append(Moment(time_s, motion))
         self._note_showing(time_s)
         self._steps += 1
+
+    def _sticks(self, since_start_s: float) -> Sticks:
+        sticks = self._pilot.sticks(since_start_s)
+        if self._course is None:
+            return sticks
+        return steer(self._course, since_start_s, sticks, self.vehicle.hull.motion)
 
     def _note_showing(self, time_s: float) -> None:
         for number, thruster in enumerate(self.vehicle.thrusters, start=1):
@@ -142,6 +208,13 @@ class EmbeddedVehicle:
             off_rpm = abs(state.speed_rpm - state.healthy_rpm)
             if healthy_rpm > SHOWING_RPM and off_rpm > SHOWING_SHARE * healthy_rpm:
                 self.shown_s.setdefault(number, time_s)
+        if isnan(self.slowed_s) and self._is_slowed():
+            self.slowed_s = time_s
+
+    def _is_slowed(self) -> bool:
+        clean_mps = self.vehicle.clean_hull.motion.forward_mps
+        lost_mps = clean_mps - self.vehicle.hull.motion.forward_mps
+        return clean_mps > SLOWED_MPS and lost_mps > SLOWED_SHARE * clean_mps
 
     def _run(self) -> None:
         try:

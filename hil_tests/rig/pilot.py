@@ -104,6 +104,8 @@ AXES = ("forward", "right", "down", "yaw")
 WORKING = DrivingStyle(Sticks(), Sticks(0.5, 0.5, 0.5, 0.5))
 # Under way: mostly ahead, holding a light vehicle down, correcting with the rest.
 CRUISING = DrivingStyle(Sticks(forward=0.45, down=0.3), Sticks(0.2, 0.1, 0.2, 0.1))
+# On a course that a helmsman steers: the same ahead and down, hardly aside.
+SURVEYING = DrivingStyle(Sticks(forward=0.45, down=0.3), Sticks(0.2, 0.02, 0.2, 0.0))
 
 
 class Pilot:

@@ -1,7 +1,8 @@
 """A simulated vehicle like a BlueROV2 Heavy: eight thrusters on one battery, and a hull that they push about.
 
 The hull moves in the plane and in depth (surge, sway, heave, yaw); roll and pitch are held level by buoyancy and left
-out. That is enough for what a gateway sees of a vehicle: its commands, its thrusters, its attitude and position.
+out. That is enough for what a gateway sees of a vehicle: its commands, its thrusters, its attitude and position. Drag
+is of the motion through the water; the track over ground is that motion and the water's together.
 """
 
 from __future__ import annotations
@@ -10,9 +11,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import cos, pi, sin
 
-from hil_tests.rig.faults import InjectedFault
+from hil_tests.rig.faults import HullFault, InjectedFault, drag_factor
 from hil_tests.rig.pilot import Sticks
 from hil_tests.rig.thruster import T200, SimulatedThruster, ThrusterParameters
+from hil_tests.rig.water import AT_REST, STILL, Velocity, Water
 
 # Share of each demand (forward, right, down, yaw) that goes to each thruster. Order and signs of forward, lateral and
 # yaw as in ArduSub's frame "vectored 6DOF" (AP_Motors6DOF.cpp); the vertical ones push down when they turn ahead.
@@ -84,7 +86,14 @@ class HullParameters:
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """Where the vehicle is: position north, east, down and velocity forward, right, down, yaw rate."""
+    """Where the vehicle is and how it moves.
+
+    Attributes:
+        north_m, east_m, down_m, yaw_rad: its place and heading.
+        forward_mps, right_mps, down_mps: velocity through the water.
+        yaw_rate_radps: clockwise seen from above.
+        water_mps: velocity of the water there, north, east, down.
+    """
 
     north_m: float = 0.0
     east_m: float = 0.0
@@ -94,54 +103,91 @@ class Motion:
     right_mps: float = 0.0
     down_mps: float = 0.0
     yaw_rate_radps: float = 0.0
+    water_mps: Velocity = AT_REST
 
-    def velocity_ned_mps(self) -> tuple[float, float, float]:
-        """Velocity north, east, down."""
+    def velocity_ned_mps(self) -> Velocity:
+        """Velocity over ground north, east, down."""
         cosine, sine = cos(self.yaw_rad), sin(self.yaw_rad)
-        north = cosine * self.forward_mps - sine * self.right_mps
-        return north, sine * self.forward_mps + cosine * self.right_mps, self.down_mps
+        north, east, down = self.water_mps
+        north += cosine * self.forward_mps - sine * self.right_mps
+        return north, east + sine * self.forward_mps + cosine * self.right_mps, down + self.down_mps
+
+    def over_ground_mps(self) -> Velocity:
+        """Velocity over ground forward, right, down."""
+        cosine, sine = cos(self.yaw_rad), sin(self.yaw_rad)
+        north, east, down = self.velocity_ned_mps()
+        return cosine * north + sine * east, cosine * east - sine * north, down
 
 
 class Hull:
-    """Moves under the thrusters' forces. Damping is taken implicitly, so that no step is too long for it."""
+    """Moves under the thrusters' forces. Damping is taken implicitly, so that no step is too long for it.
 
-    def __init__(self, parameters: HullParameters | None = None, motion: Motion | None = None) -> None:
+    In a turn it slips outwards and slows down, by the Coriolis and centripetal forces on hull and added mass (T. I.
+    Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, section 6.3). The yawing moment of the
+    slip is left out: it is the first thing that a heading hold takes away.
+
+    Args:
+        parameters: what hull it is.
+        motion: to begin with.
+        water: in which it moves.
+        faults: what catches on it.
+    """
+
+    def __init__(
+        self,
+        parameters: HullParameters | None = None,
+        motion: Motion | None = None,
+        water: Water = STILL,
+        faults: Sequence[HullFault] = (),
+    ) -> None:
         self._parameters = parameters or HullParameters()
+        self._water = water
+        self._faults = tuple(faults)
+        self._since_s = 0.0
         self.motion = motion or Motion()
 
     def step(self, thrusts_n: Sequence[float], period_s: float) -> Motion:
         """Advance by one period under one thrust per thruster."""
         was = self.motion
+        self._since_s += period_s
         velocities = (was.forward_mps, was.right_mps, was.down_mps, was.yaw_rate_radps)
-        forces = self._forces(thrusts_n, was.down_m)
+        forces = self._forces(thrusts_n, was)
+        drag = drag_factor(self._faults, self._since_s)
         forward, right, down, yaw_rate = (
-            self._velocity(axis, velocity, force, period_s)
+            self._velocity(axis, velocity, force, drag, period_s)
             for axis, (velocity, force) in enumerate(zip(velocities, forces, strict=True))
         )
-        north_mps, east_mps, _ = was.velocity_ned_mps()
-        self.motion = Motion(
-            north_m=was.north_m + north_mps * period_s,
-            east_m=was.east_m + east_mps * period_s,
-            down_m=max(was.down_m + down * period_s, 0.0),
-            yaw_rad=(was.yaw_rad + yaw_rate * period_s + pi) % (2.0 * pi) - pi,
-            forward_mps=forward,
-            right_mps=right,
-            down_mps=down,
-            yaw_rate_radps=yaw_rate,
+        north_mps, east_mps, down_mps = was.velocity_ned_mps()
+        place = (
+            was.north_m + north_mps * period_s,
+            was.east_m + east_mps * period_s,
+            max(was.down_m + down_mps * period_s, 0.0),
         )
+        yaw_rad = (was.yaw_rad + yaw_rate * period_s + pi) % (2.0 * pi) - pi
+        water_mps = self._water.velocity_mps(self._since_s, place)
+        self.motion = Motion(*place, yaw_rad, forward, right, down, yaw_rate, water_mps)
         return self.motion
 
-    def _forces(self, thrusts_n: Sequence[float], depth_m: float) -> tuple[float, float, float, float]:
+    def _forces(self, thrusts_n: Sequence[float], motion: Motion) -> tuple[float, float, float, float]:
         rows = list(zip(MIXER, thrusts_n, strict=True))
         forward, right, down, yaw = (sum(row[axis] * thrust for row, thrust in rows) for axis in range(4))
-        buoyancy_n = self._parameters.buoyancy_n if depth_m > 0.0 else 0.0
-        return forward * HALF_SQRT2, right * HALF_SQRT2, down - buoyancy_n, yaw * YAW_ARM_M
+        ahead_n, aside_n = self._coriolis(motion)
+        buoyancy_n = self._parameters.buoyancy_n if motion.down_m > 0.0 else 0.0
+        return forward * HALF_SQRT2 + ahead_n, right * HALF_SQRT2 + aside_n, down - buoyancy_n, yaw * YAW_ARM_M
 
-    def _velocity(self, axis: int, velocity: float, force: float, period_s: float) -> float:
+    def _coriolis(self, motion: Motion) -> tuple[float, float]:
+        surge_kg, sway_kg = (self._inertia(axis) for axis in (0, 1))
+        rate = motion.yaw_rate_radps
+        return sway_kg * motion.right_mps * rate, -surge_kg * motion.forward_mps * rate
+
+    def _velocity(self, axis: int, velocity: float, force: float, drag: float, period_s: float) -> float:
         parameters = self._parameters
-        inertia = parameters.inertia[axis] + parameters.added[axis]
-        damping = parameters.linear_damping[axis] + parameters.quadratic_damping[axis] * abs(velocity)
+        inertia = self._inertia(axis)
+        damping = drag * (parameters.linear_damping[axis] + parameters.quadratic_damping[axis] * abs(velocity))
         return (velocity + period_s * force / inertia) / (1.0 + period_s * damping / inertia)
+
+    def _inertia(self, axis: int) -> float:
+        return self._parameters.inertia[axis] + self._parameters.added[axis]
 
 
 class Vehicle:
@@ -152,6 +198,14 @@ class Vehicle:
         seed: of all sensor noise.
         faults: what happens to which thruster, by its number from 1.
         parameters: of every thruster.
+        water: in which it moves.
+        hull_faults: what catches on its hull.
+
+    Attributes:
+        thrusters: by their order.
+        battery: of all of them.
+        hull: as it is.
+        clean_hull: as it would move with nothing caught on it, from the same thrusts.
 
     Raises:
         ValueError: a fault names a thruster that is not there.
@@ -163,6 +217,8 @@ class Vehicle:
         seed: int,
         faults: Mapping[int, Sequence[InjectedFault]] | None = None,
         parameters: ThrusterParameters = T200,
+        water: Water = STILL,
+        hull_faults: Sequence[HullFault] = (),
     ) -> None:
         by_thruster = dict(faults or {})
         unknown = sorted(set(by_thruster) - set(range(1, THRUSTERS + 1)))
@@ -174,7 +230,8 @@ class Vehicle:
             for index in range(THRUSTERS)
         ]
         self.battery = Battery()
-        self.hull = Hull()
+        self.hull = Hull(water=water, faults=hull_faults)
+        self.clean_hull = Hull(water=water)
 
     def step(self, time_s: float, commands: Sequence[float]) -> Motion:
         """Advance by one period with one command of -1 to 1 per thruster."""
@@ -182,4 +239,6 @@ class Vehicle:
         for thruster, command in zip(self.thrusters, commands, strict=True):
             thruster.step(time_s, command, supply_v)
         self.battery.step(sum(thruster.state.supply_a for thruster in self.thrusters), self._period_s)
-        return self.hull.step([thruster.thrust_n for thruster in self.thrusters], self._period_s)
+        thrusts_n = [thruster.thrust_n for thruster in self.thrusters]
+        self.clean_hull.step(thrusts_n, self._period_s)
+        return self.hull.step(thrusts_n, self._period_s)

@@ -9,8 +9,9 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from hil_tests.rig.ardusub import Answer, ArduSub, Mode, Result
-from hil_tests.rig.autopilot import AutopilotPeer, Telemetry
+from hil_tests.rig.autopilot import AutopilotPeer
 from hil_tests.rig.pilot import Sticks
+from hil_tests.rig.telemetry import Telemetry
 from hil_tests.rig.vehicle import Hull, Motion, mix
 
 MOTION = Motion(north_m=10.0, east_m=-4.0, down_m=7.5, yaw_rad=-0.5, forward_mps=1.0, yaw_rate_radps=0.1)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hil_tests.rig.faults import FaultType, InjectedFault
+from hil_tests.rig.faults import FaultType, HullFault, InjectedFault
 from hil_tests.rig.pilot import CRUISING, DrivingStyle, Pilot, Sticks
 from hil_tests.rig.vehicle import THRUSTERS, Battery, Hull, Motion, Vehicle, mix
+from hil_tests.rig.water import Current, SettingIn
 
 PERIOD_S = 0.01
 
@@ -113,3 +114,52 @@ def test_under_way_the_pilot_keeps_ahead():
 def test_a_stick_beyond_its_end_is_refused():
     with pytest.raises(ValueError, match=r"right: centre 0\.6 with gain 0\.5: want a stick within -1 to 1"):
         DrivingStyle(Sticks(right=0.6), Sticks(0.1, 0.5, 0.1, 0.1))
+
+
+def test_what_is_caught_on_the_hull_halves_the_speed_and_leaves_the_rpm():
+    net = HullFault(drag_factor=3.5, onset_s=15.0, ramp_s=1.0)
+    vehicle = Vehicle(PERIOD_S, seed=1, hull_faults=[net])
+    _, clean = drive(Sticks(forward=0.45, down=0.3), seconds=14.9, vehicle=vehicle)
+    for index in range(1490, 3000):
+        fouled = vehicle.step(index * PERIOD_S, mix(Sticks(forward=0.45, down=0.3)))
+    assert fouled.forward_mps == pytest.approx(0.5 * clean.forward_mps, rel=0.05)
+    assert vehicle.clean_hull.motion.forward_mps == pytest.approx(clean.forward_mps, rel=0.02)
+    assert all(thruster.state.speed_rpm == thruster.state.healthy_rpm for thruster in vehicle.thrusters)
+
+
+def test_a_net_comes_off_again():
+    net = HullFault(drag_factor=3.5, onset_s=2.0, ramp_s=2.0, end_s=10.0)
+    assert [net.factor(time_s) for time_s in (1.9, 3.0, 4.0, 9.9, 10.0)] == [1.0, 2.25, 3.5, 3.5, 1.0]
+
+
+@pytest.mark.parametrize(
+    ("settings", "says"), [({"drag_factor": 1.0}, "want a number above 1"), ({"ramp_s": -1.0}, "ramp_s")]
+)
+def test_an_impossible_hull_fault_is_refused(settings, says):
+    with pytest.raises(ValueError, match=says):
+        HullFault(**({"drag_factor": 2.0, "onset_s": 1.0} | settings))
+
+
+def test_a_current_carries_the_vehicle_along_and_changes_nothing_else():
+    current = SettingIn(Current(0.1, 0.4), onset_s=3.0, ramp_s=4.0)
+    _, carried = drive(Sticks(forward=0.45, yaw=0.01), seconds=20.0, vehicle=Vehicle(PERIOD_S, seed=1, water=current))
+    _, calm = drive(Sticks(forward=0.45, yaw=0.01), seconds=20.0)
+    assert (carried.forward_mps, carried.right_mps) == (calm.forward_mps, calm.right_mps)
+    assert carried.north_m - calm.north_m == pytest.approx(0.1 * 15.0, rel=0.01)
+    assert carried.east_m - calm.east_m == pytest.approx(0.4 * 15.0, rel=0.01)
+    drift = np.subtract(carried.velocity_ned_mps(), calm.velocity_ned_mps())
+    assert drift == pytest.approx((0.1, 0.4, 0.0))
+
+
+def test_velocity_over_ground_is_the_same_in_both_frames():
+    motion = Motion(yaw_rad=0.5 * np.pi, forward_mps=1.0, right_mps=0.2, water_mps=(0.3, 0.4, 0.1))
+    assert motion.velocity_ned_mps() == pytest.approx((0.1, 1.4, 0.1))
+    assert motion.over_ground_mps() == pytest.approx((1.4, -0.1, 0.1))
+
+
+def test_a_turn_slips_outwards_and_costs_speed():
+    _, straight = drive(Sticks(forward=0.45), seconds=10.0)
+    _, turning = drive(Sticks(forward=0.45, yaw=0.01), seconds=10.0)
+    assert turning.yaw_rate_radps > 0.2
+    assert turning.right_mps < -0.1
+    assert turning.forward_mps < straight.forward_mps

@@ -1,0 +1,84 @@
+"""The messages by which an autopilot tells what it knows of the vehicle."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import degrees
+from typing import Any
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from hil_tests.rig.ardusub import ArduSub
+from hil_tests.rig.geodesy import degrees_e7
+from hil_tests.rig.vehicle import Motion
+
+NEUTRAL_US, HALF_RANGE_US = 1500, 400
+
+
+@dataclass(frozen=True, slots=True)
+class Telemetry:
+    """What the autopilot knows of the vehicle at one instant; `motion` is its estimate of it."""
+
+    boot_s: float
+    motion: Motion
+    commands: Sequence[float]
+
+
+def _heartbeat(_: Telemetry, ardusub: ArduSub) -> Any:
+    base_mode = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | mavlink.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED
+    if ardusub.armed:
+        base_mode |= mavlink.MAV_MODE_FLAG_SAFETY_ARMED
+    status = mavlink.MAV_STATE_ACTIVE if ardusub.armed else mavlink.MAV_STATE_STANDBY
+    return mavlink.MAVLink_heartbeat_message(
+        mavlink.MAV_TYPE_SUBMARINE, mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, base_mode, ardusub.mode, status, 3
+    )
+
+
+def _attitude(now: Telemetry, _: ArduSub) -> Any:
+    motion = now.motion
+    return mavlink.MAVLink_attitude_message(_boot_ms(now), 0.0, 0.0, motion.yaw_rad, 0.0, 0.0, motion.yaw_rate_radps)
+
+
+def _global_position(now: Telemetry, _: ArduSub) -> Any:
+    motion = now.motion
+    altitude_mm = round(-1e3 * motion.down_m)
+    velocity_cmps = [round(1e2 * velocity) for velocity in motion.velocity_ned_mps()]
+    return mavlink.MAVLink_global_position_int_message(
+        _boot_ms(now), *degrees_e7(motion.north_m, motion.east_m), altitude_mm, altitude_mm, *velocity_cmps,
+        round(100.0 * degrees(motion.yaw_rad)) % 36000,
+    )  # fmt: skip
+
+
+def _local_position(now: Telemetry, _: ArduSub) -> Any:
+    motion = now.motion
+    place = motion.north_m, motion.east_m, motion.down_m
+    return mavlink.MAVLink_local_position_ned_message(_boot_ms(now), *place, *motion.velocity_ned_mps())
+
+
+def _servo_output(now: Telemetry, _: ArduSub) -> Any:
+    pulses_us = [round(NEUTRAL_US + HALF_RANGE_US * command) for command in now.commands]
+    first_eight = (pulses_us + [0] * 8)[:8]  # 0: channel not in use
+    return mavlink.MAVLink_servo_output_raw_message(_boot_ms(now) * 1000 % 2**32, 0, *first_eight)
+
+
+def _version(_: Telemetry, __: ArduSub) -> Any:
+    capabilities = mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2 | mavlink.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
+    release = 4 << 24 | 7 << 16
+    return mavlink.MAVLink_autopilot_version_message(
+        capabilities, release, 0, 0, 0, [0] * 8, [0] * 8, [0] * 8, 0, 0, 0
+    )
+
+
+def _boot_ms(now: Telemetry) -> int:
+    return round(1e3 * now.boot_s)
+
+
+COMPOSERS: dict[int, Callable[[Telemetry, ArduSub], Any]] = {
+    mavlink.MAVLINK_MSG_ID_HEARTBEAT: _heartbeat,
+    mavlink.MAVLINK_MSG_ID_ATTITUDE: _attitude,
+    mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: _global_position,
+    mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: _local_position,
+    mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW: _servo_output,
+    mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION: _version,
+}
