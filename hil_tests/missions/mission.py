@@ -22,6 +22,7 @@ from scipy.signal import lfilter
 
 from hil_tests.missions.course import KINDS, Course, Kind, random_course
 from hil_tests.missions.fixes import measured_headings, measured_positions, random_instants, random_sensors, wander
+from hil_tests.missions.passage import Passage, remaining
 from hil_tests.missions.water import WaterKind, carry, integral, random_water
 
 FloatArray = NDArray[np.float64]
@@ -42,44 +43,24 @@ SPEED_WANDER_S = (5.0, 30.0)
 SLIP_S = {"plain": 0.2, "rough": 0.4}  # greatest drift angle for each unit of yaw rate
 TURN_LOSS = {"plain": 0.0, "rough": 0.05}  # greatest relative loss of speed in the hardest turn
 TURN_LOSS_S = 2.0
+NORMAL = 0.15  # a speed this much off the nominal one is still normal
 STEP_S = 0.05  # of the simulation
 SETTLED_S = 3.0  # a loss "on a straight leg" begins so long after the turn
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Mission:
+class Mission(Passage):
     """One mission and what is true of it.
 
     Attributes:
-        seed, style, kind: that it was made from; `kind` is the pattern of its course.
-        time_s: (N,) instants of the positions.
-        north_m, east_m, heading_rad: (N,) what the sensors say.
-        true_position_m: (N, 2) north, east. true_heading_rad: (N,), not wrapped.
-        true_speed_mps: (N,) through the water, along the heading.
-        true_flow_mps: (N, 2) velocity of the water at the vehicle.
-        nominal_speed_mps: what the vehicle is known to make.
-        loss: lasting relative loss of speed, 0.0 for a healthy mission.
-        onset_s: when the loss begins; NaN in a healthy mission.
-        noise_m, rate_hz: of the positions.
+        seed, style: that it was made from.
+        nominal_speed_mps: what the vehicle is known to make; 15 % less or more is normal.
         drawn: everything else that was drawn, by name.
     """
 
     seed: int
     style: Style
-    kind: Kind
-    time_s: FloatArray
-    north_m: FloatArray
-    east_m: FloatArray
-    heading_rad: FloatArray
-    true_position_m: FloatArray
-    true_heading_rad: FloatArray
-    true_speed_mps: FloatArray
-    true_flow_mps: FloatArray
     nominal_speed_mps: float
-    loss: float
-    onset_s: float
-    noise_m: float
-    rate_hz: float
     drawn: dict[str, float | str]
 
 
@@ -158,12 +139,16 @@ def random_mission(
         time_s=time_s,
         north_m=seen_m[:, 0],
         east_m=seen_m[:, 1],
+        down_m=np.zeros(len(time_s)),
+        pitch_rad=np.zeros(len(time_s)),
         heading_rad=measured_headings(streams[2], sensors, heading_rad),
         true_position_m=position_m,
         true_heading_rad=heading_rad,
         true_speed_mps=speed_mps,
         true_flow_mps=flow_mps,
         nominal_speed_mps=plan.speed_mps,
+        speed_min_mps=(1.0 - NORMAL) * plan.speed_mps,
+        speed_max_mps=(1.0 + NORMAL) * plan.speed_mps,
         loss=loss,
         onset_s=truth.onset_s if loss else float("nan"),
         noise_m=noise_m,
@@ -212,7 +197,7 @@ def _simulate(rng: np.random.Generator, plan: _Plan, loss: float, on_straight: b
     course = random_course(rng, plan.kind, time_s)
     healthy_mps = _healthy_speed(rng, plan, course)
     onset_s = _onset(plan, time_s, course if on_straight else None)
-    speed_mps = healthy_mps * (1.0 - loss * np.clip((time_s - onset_s) / plan.ramp_s, 0.0, 1.0))
+    speed_mps = healthy_mps * remaining(time_s, loss, onset_s, plan.ramp_s)
     # a hull slips outwards in a turn: in one to starboard (positive), to port
     slip_mps = -speed_mps * plan.slip_s * course.yaw_rate_radps
     ahead = np.column_stack([np.cos(course.heading_rad), np.sin(course.heading_rad)])
