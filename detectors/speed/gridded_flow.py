@@ -13,6 +13,7 @@ Place = tuple[int, float]  # node below, and the share of the way to the next on
 
 AXES = ("time_s", "down_m", "north_m", "east_m")
 NODES_MIN = (1, 1, 2, 2)
+UNKNOWN = np.full(2, nan)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,15 +71,16 @@ class GriddedFlow:
         values = (time_s, depth, position_m[0], position_m[1])
         places = [_place(getattr(self, name), value) for name, value in zip(AXES, values, strict=True)]
         known = [place for place in places if place is not None]
-        if len(known) < len(places):
+        velocity = self._between(known) if len(known) == len(places) else UNKNOWN
+        if np.isnan(velocity).any():
             return np.full(len(position_m), nan)
-        return self._between(known, len(position_m))
+        return np.append(velocity, 0.0)[: len(position_m)]
 
-    def _between(self, places: list[Place], dimensions: int) -> FloatArray:
+    def _between(self, places: list[Place]) -> FloatArray:
         velocity = self.grid_mps[tuple(slice(lower, lower + 2) for lower, _ in places)]
         for _, share in places:
             velocity = _mixed(velocity, share)
-        return np.append(velocity, 0.0)[:dimensions] if len(velocity) < dimensions else velocity[:dimensions]
+        return velocity
 
 
 def _place(axis: FloatArray, value: float) -> Place | None:
