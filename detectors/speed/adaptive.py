@@ -88,6 +88,13 @@ class AdaptiveEstimator:
         self._error_by_limit = np.zeros_like(self._error)
         self._flow.move(position_m, time_s)
 
+    def idle(self, interval_s: float) -> None:
+        """As `Estimator.idle`: the law knows no uncertainty that could grow."""
+
+    def rescale(self, factor: float) -> None:
+        """As `Estimator.rescale`."""
+        self._speed_mps *= factor
+
     def update(self, step: Step) -> Estimate:
         """As `Estimator.update`. The speed's error is NaN: the law has none."""
         velocity = (step.position_m - self._position_m) / step.interval_s

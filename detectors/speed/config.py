@@ -7,21 +7,25 @@ from math import isfinite
 from typing import Literal, get_args
 
 from detectors.speed.basis import FlowBasis
+from detectors.speed.curve import SpeedCurve
 from detectors.speed.flow import FlowModel
 
 EstimatorName = Literal["interacting", "kalman", "adaptive", "published"]
+
+
+USUAL_MPS = 1.0  # of remotely operated and autonomous vehicles, within a factor of some three
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SpeedConfig:
     """Settings of the speed detector.
 
-    `SpeedConfig(estimator="published", speed_min_mps=..., speed_max_mps=..., basis=...)` is the method of paper 002 to
-    the letter, at one sampling interval and with its explicit step.
+    `SpeedConfig(estimator="published", speed_min_mps=..., speed_max_mps=..., basis=...)` is the method of paper 002
+    to the letter, at one sampling interval and with its explicit step.
 
     Attributes:
-        speed_min_mps, speed_max_mps: normal speed through the water (paper 002, assumption 3), at full or at the usual
-            command; both None: learnt, as a curve over the command where that is known.
+        speed_min_mps, speed_max_mps: normal speed through the water (paper 002, assumption 3), at the usual command;
+            both None: learnt, as a curve over the command where that is known.
         tolerance: of the learnt normal speed: a share of it up or down is normal.
         estimator: how speed and flow are told apart. "interacting": several Kalman filters, from calm to changing
             water; "kalman": one; "adaptive": the paper's law, integrated exactly; "published": to the letter.
@@ -35,6 +39,7 @@ class SpeedConfig:
         speed_limit_mps: most that the thrusters can give (paper 002, u_0 of equation 3); None: no limit.
         position_noise_m: standard deviation of a position; None: learnt.
         dimensions: 2, or 3 with depth, pitch and upwelling.
+        speed_curve: normal speed over the command; None: learnt, where there are commands.
         surge_time_s: time constant with which speed follows the command.
 
     Raises:
@@ -54,6 +59,7 @@ class SpeedConfig:
     speed_limit_mps: float | None = None
     position_noise_m: float | None = None
     dimensions: Literal[2, 3] = 2
+    speed_curve: SpeedCurve | None = None
     surge_time_s: float = 3.0
 
     def __post_init__(self) -> None:
@@ -70,6 +76,20 @@ class SpeedConfig:
         _want("dimensions", self.dimensions, self.dimensions in (2, 3), "2 or 3")
         self._check_range()
 
+    @property
+    def speed_scale_mps(self) -> float:
+        """About the usual speed: the middle of the normal range, or of the speeds of such vehicles."""
+        if self.speed_min_mps is not None and self.speed_max_mps is not None:
+            return 0.5 * (self.speed_min_mps + self.speed_max_mps)
+        return USUAL_MPS if self.speed_curve is None else max(map(abs, self.speed_curve.speeds_mps))
+
+    @property
+    def normal_shares(self) -> tuple[float, float]:
+        """Lowest and highest normal speed, as shares of the usual one."""
+        if self.speed_min_mps is not None and self.speed_max_mps is not None:
+            return self.speed_min_mps / self.speed_scale_mps, self.speed_max_mps / self.speed_scale_mps
+        return 1.0 - self.tolerance, 1.0 + self.tolerance
+
     def _check_range(self) -> None:
         low, high = self.speed_min_mps, self.speed_max_mps
         if low is None and high is None:
@@ -77,7 +97,9 @@ class SpeedConfig:
             _want("speed_min_mps", low, not published, "a number: the published method does not learn its range")
             return
         _want("speed_min_mps", low, low is not None and low >= 0, "0 or more, where speed_max_mps is given")
-        _want("speed_max_mps", high, high is not None and low is not None and high > low, f"above speed_min_mps = {low}")
+        _want(
+            "speed_max_mps", high, high is not None and low is not None and high > low, f"above speed_min_mps = {low}"
+        )
 
 
 def _want(name: str, value: object, fulfilled: bool, wanted: str) -> None:

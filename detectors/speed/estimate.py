@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import nan
 from typing import Protocol
 
 import numpy as np
@@ -26,6 +27,7 @@ class Step:
             thrusters are to give (1 where that is not known): the way through the water for each m/s of speed.
         aside_s: (D,) the same to the right, by the sideways command; zero where there is none.
         turned: (D,) integral of the yaw rate times the unit vector to the right: which way a hull slips in a turn.
+        position_noise_m: standard deviation of each coordinate of the position; NaN where it is not known.
     """
 
     time_s: float
@@ -34,6 +36,7 @@ class Step:
     ahead_s: FloatArray
     aside_s: FloatArray
     turned: FloatArray
+    position_noise_m: float = nan
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,3 +64,9 @@ class Estimator(Protocol):
 
     def update(self, step: Step) -> Estimate:
         """Takes a step."""
+
+    def idle(self, interval_s: float) -> None:
+        """No step is known for so long: what changes by itself has gone on meanwhile."""
+
+    def rescale(self, factor: float) -> None:
+        """From now on `ahead_s` counts in another unit: the same speed is this many times the number it was."""

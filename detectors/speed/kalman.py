@@ -71,6 +71,19 @@ class KalmanEstimator:
         self._filter.P[:count], self._filter.P[:, :count] = 0.0, 0.0
         self._filter.P[:count, :count] = np.eye(count) * self._noise_variance
 
+    def idle(self, interval_s: float) -> None:
+        """As `Estimator.idle`."""
+        rates = np.full(self._dimensions + 1, (FLOW_WANDERS * self._scale_mps) ** 2)
+        rates[0] = (SPEED_WANDERS * self._scale_mps) ** 2
+        learnt = slice(self._dimensions, None)
+        self._filter.P[learnt, learnt] += np.diag(rates * interval_s)
+
+    def rescale(self, factor: float) -> None:
+        """As `Estimator.rescale`."""
+        self._filter.x[self._dimensions] *= factor
+        self._filter.P[self._dimensions] *= factor
+        self._filter.P[:, self._dimensions] *= factor
+
     def update(self, step: Step) -> Estimate:
         """As `Estimator.update`."""
         count, size = self._dimensions, 2 * self._dimensions + 1

@@ -134,6 +134,11 @@ class PublishedMethod:
         self._law: ExplicitLaw | None = None
         self._forget_flows()
 
+    @property
+    def law(self) -> ExplicitLaw | None:
+        """Algorithm 1 as it stands; None before the first sample."""
+        return self._law
+
     def judge(self, sample: PoseSample) -> SpeedVerdict:
         """The next sample; finite, and later than the one before."""
         before, law = self._last, self._law
