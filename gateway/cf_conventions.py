@@ -74,7 +74,7 @@ def velocities(dataset: xr.Dataset, variables: tuple[str, str] | None = None) ->
 
 
 def _of_standard_name(dataset: xr.Dataset, name: str) -> list[Hashable]:
-    return [key for key, variable in dataset.data_vars.items() if variable.attrs.get("standard_name") == name]
+    return [key for key, variable in dataset.data_vars.items() if str(variable.attrs.get("standard_name")) == name]
 
 
 def _listed(names: Any) -> str:
@@ -85,7 +85,7 @@ def axes(component: xr.DataArray) -> dict[AxisKind, xr.DataArray]:
     """The coordinates along the dimensions of a velocity; dimensions of one node that say nothing are left out.
 
     Raises:
-        ValueError: not a grid along latitudes and longitudes, or a dimension that means something else.
+        ValueError: not a grid along latitudes and longitudes, a dimension that means something else, one time only.
     """
     found: dict[AxisKind, xr.DataArray] = {}
     for dimension, nodes in component.sizes.items():
@@ -98,25 +98,27 @@ def axes(component: xr.DataArray) -> dict[AxisKind, xr.DataArray]:
     missing = {"latitude", "longitude"} - found.keys()
     if missing:
         raise ValueError(f"{component.name} does not vary with {' or '.join(sorted(missing))}: want a grid of both")
+    if "time" not in found and any(axis_kind(each) == "time" for each in component.coords.values()):
+        raise ValueError(f"{component.name} is of one time only: want two or more times that enclose the dive")
     return found
 
 
 def axis_kind(coordinate: xr.DataArray) -> AxisKind | None:
     """What a coordinate counts; None where its attributes do not tell."""
-    attributes = coordinate.attrs
-    units = str(attributes.get("units", ""))
+    attributes = {key: str(value) for key, value in coordinate.attrs.items()}
+    units = attributes.get("units", "")
+    # sigma levels, projected coordinates and reference times have an axis, too
+    if "standard_name" in attributes:
+        return _STANDARD_NAMES.get(attributes["standard_name"])
     if np.issubdtype(coordinate.dtype, np.datetime64):
         return "time"
-    if attributes.get("standard_name") in _STANDARD_NAMES:
-        return _STANDARD_NAMES[attributes["standard_name"]]
     if _LATITUDE.fullmatch(units):
         return "latitude"
     if _LONGITUDE.fullmatch(units):
         return "longitude"
-    # sigma and pressure levels are no depths
     if "positive" in attributes and _METRES.fullmatch(units):
         return "down"
-    return _AXES.get(str(attributes.get("axis"))) if "standard_name" not in attributes else None
+    return _AXES.get(attributes.get("axis", ""))
 
 
 def _odd_dimension(component: xr.DataArray, dimension: Hashable) -> str:
@@ -130,8 +132,8 @@ def _odd_dimension(component: xr.DataArray, dimension: Hashable) -> str:
             " regrid it, for example by `cdo remapbil,GRID IN OUT`"
         )
     return (
-        f"dimension {dimension} of {component.name} is none of time, depth in metres, latitude and longitude:"
-        " take one of its nodes, or interpolate to depths"
+        f"dimension {dimension} of {component.name} is by its attributes none of time, depth in metres, latitude and"
+        " longitude: give it a standard_name, take one of its nodes, or interpolate to depths"
     )
 
 

@@ -43,6 +43,12 @@ class _Dive:
     start_s: float
     stop_s: float
 
+    def __post_init__(self) -> None:
+        if not self.radius_m > 0:
+            raise ValueError(f"radius_m = {self.radius_m!r}: want above 0")
+        if not self.start_s <= self.stop_s:
+            raise ValueError(f"stop_s = {self.stop_s!r}: want start_s = {self.start_s!r} or later")
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Axis:
@@ -92,10 +98,12 @@ def load_forecast(
 
     Raises:
         ForecastError: no such file, no reader for it, or nothing in it that can be used.
+        ValueError: a radius or a span of time that is none.
     """
+    dive = _Dive(origin, radius_m, start_s, stop_s)
     with _opened(path) as dataset:
         try:
-            return _flow(dataset, variables, _Dive(origin, radius_m, start_s, stop_s))
+            return _flow(dataset, variables, dive)
         except (OSError, ValueError) as error:
             raise ForecastError(f"{path}: {error}") from error
 
@@ -158,10 +166,8 @@ def _metres(latitudes: _Axis, longitudes: _Axis, origin: LocalFrame) -> tuple[Fl
     Raises:
         ValueError: so near a pole that the others stand elsewhere, by more than half the way to their neighbours.
     """
-    rows, columns = (
-        origin.latitude_rad + np.radians(latitudes.nodes),
-        origin.longitude_rad + np.radians(longitudes.nodes),
-    )
+    rows = origin.latitude_rad + np.radians(latitudes.nodes)
+    columns = origin.longitude_rad + np.radians(longitudes.nodes)
     north_m = np.array([origin.metres(row, origin.longitude_rad)[0] for row in rows])
     east_m = np.array([origin.metres(origin.latitude_rad, column)[1] for column in columns])
     corners = [origin.metres(rows[i], columns[j]) for i in (0, -1) for j in (0, -1)]

@@ -159,6 +159,11 @@ def test_what_a_forecast_does_not_know_is_said(tmp_path):
     assert "land" in str(why_unknown(flow, START_S + 5 * 3600))
 
 
+def without_leap_days(forecast: xr.Dataset) -> xr.Dataset:
+    attributes = {"standard_name": "time", "units": "hours since 2026-01-01", "calendar": "noleap"}
+    return forecast.assign_coords(time=("time", HOURS.astype(float), attributes))
+
+
 def staggered(forecast: xr.Dataset) -> xr.Dataset:
     return forecast.drop_vars("thetao").assign(uo=forecast["uo"].rename(longitude="longitude_u"))
 
@@ -199,10 +204,14 @@ def attribute(variable: str, **attributes: Any) -> Any:
         (attribute("vo", units="1"), "units of vo = '1': want m s-1 or cm s-1"),
         (attribute("depth", positive="up"), "depth is above the water"),
         (attribute("depth", units="dbar"), "units of depth = 'dbar'"),
+        (attribute("depth", standard_name="projection_z"), "dimension depth of uo is by its attributes none of"),
+        # xarray decodes it where cftime is installed, and refuses it otherwise
+        (without_leap_days, "time is no time of the standard calendar|calendar 'noleap'"),
         (staggered, "different grids"),
         (curvilinear, "curvilinear grid.*regrid it"),
         (unstructured, "unstructured grid.*regrid it"),
-        (sigma, "dimension depth of uo is none of"),
+        (sigma, "dimension depth of uo is by its attributes none of"),
+        (lambda forecast: forecast.isel(time=0), "uo is of one time only"),
         (lambda forecast: forecast.isel(time=[0]), "too few times in the dive.*2026-11-22 00:00Z"),
         (lambda forecast: forecast.isel(latitude=slice(2)), "does not reach the origin, at latitude 54.4700"),
         (lambda forecast: forecast.isel(latitude=0, drop=True), "does not vary with latitude"),
@@ -255,3 +264,11 @@ def test_without_a_reader_the_way_out_is_said(monkeypatch):
     monkeypatch.setattr(builtins, "__import__", without_xarray)
     with pytest.raises(ForecastError, match=r"pip install 'thruster-gateway\[forecast\]'"):
         load_forecast(Path("forecast.nc"), LocalFrame.at_degrees(*KIEL))
+
+
+@pytest.mark.parametrize("span", [{"radius_m": 0.0}, {"start_s": 5.0, "stop_s": 4.0}])
+def test_dive_without_room_or_time_is_the_callers_mistake(tmp_path, span):
+    copernicus(tmp_path / "forecast.nc", KIEL)
+    with pytest.raises(ValueError, match="want") as refusal:
+        load_forecast(tmp_path / "forecast.nc", LocalFrame.at_degrees(*KIEL), **span)
+    assert not isinstance(refusal.value, ForecastError)
