@@ -1,66 +1,27 @@
-"""One thruster's way through the pipeline: readings become samples, and samples are judged, many at once."""
+"""One detector's way through the pipeline: readings become samples, and samples are judged, many at once.
+
+What is common to all detectors is here; `gateway.thruster_channel` and `gateway.speed_channel` say what is particular
+to theirs. A further detector needs a channel, a judgement, and its words in `gateway.rules`.
+"""
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
-from math import nan
-from typing import Protocol
+from abc import ABC, abstractmethod
+from collections import Counter, deque
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, Generic, NamedTuple, TypeVar
 
-import numpy as np
-from numpy.typing import ArrayLike
+from detectors.speed.sample import PoseSample, SpeedVerdict
+from detectors.thruster import ThrusterSample, ThrusterVerdict
+from drivers.readings import Reading
+from gateway.silence import Watched
 
-from detectors.thruster import ThrusterConfig, ThrusterSample, ThrusterVerdict
-from detectors.thruster.wear import CommissionedCurve
-from drivers.readings import ThrusterReport
-from gateway.align import ThrusterAligner
-from gateway.config import Config
-from gateway.config_sections import Thruster
-
-
-class Verdicts(Protocol):
-    """Verdicts of a block of samples."""
-
-    def row(self, index: int) -> ThrusterVerdict:
-        """One of them."""
-        ...
-
-
-class Detector(Protocol):
-    """What the pipeline needs of a thruster detector."""
-
-    @property
-    def commissioned(self) -> CommissionedCurve | None:
-        """The curve that wear is measured against."""
-        ...
-
-    def update(self, sample: ThrusterSample) -> ThrusterVerdict:
-        """Judges one sample."""
-        ...
-
-    def run(
-        self,
-        time_s: ArrayLike,
-        command: ArrayLike,
-        speed_rpm: ArrayLike,
-        voltage_v: ArrayLike | None = None,
-        current_a: ArrayLike | None = None,
-    ) -> Verdicts:
-        """Judges (N,) samples, NaN where not measured: equal to `update` on each, and much faster."""
-        ...
-
-    def accept(self) -> None:
-        """Makes today's curve the commissioned one."""
-        ...
-
-
-DetectorFactory = Callable[[ThrusterConfig, CommissionedCurve | None], Detector]
+SampleT = TypeVar("SampleT")
 
 
 @dataclass(frozen=True, slots=True)
-class Judgement:
+class ThrusterJudgement:
     """A sample of a thruster and what its detector said of it."""
 
     thruster: int
@@ -69,98 +30,109 @@ class Judgement:
 
 
 @dataclass(frozen=True, slots=True)
+class SpeedJudgement:
+    """A sample of the vehicle's pose and what the speed detector said of it."""
+
+    sample: PoseSample
+    verdict: SpeedVerdict
+
+
+Judgement = ThrusterJudgement | SpeedJudgement
+
+
+class Source(NamedTuple):
+    """Where a channel's readings come from: which kind, over which link, of which thruster (None: of none)."""
+
+    link: str
+    kind: type[Reading]
+    thruster: int | None = None
+
+
+class Aligned(NamedTuple):
+    """What a reading did: the number of samples that it completed, and the watched signal that it belongs to."""
+
+    samples: int
+    signal: str | None
+
+
+@dataclass(frozen=True, slots=True)
 class Learnt:
-    """What survives a restart of the program, of one thruster.
+    """What survives a restart of the program, of one channel.
 
     Attributes:
-        sources: where command and speed came from, and in which scale: what gives a curve its meaning.
+        sources: where its readings came from, and in which scale: what gives that which was learnt its meaning.
         settings: of detector and alignment: what gives the detector's memory its meaning.
-        rate_hz: sample rate; None where it was not known yet.
-        detector: the detector, with its commissioned curve and its memory.
+        alignment: what the alignment had settled on.
+        detector: the detector, with all that it knows.
     """
 
     sources: str
     settings: str
-    rate_hz: float | None
-    detector: Detector
+    alignment: Any
+    detector: Any
 
 
-class Channel:
-    """One thruster: where its readings come from, its aligner, its detector, and the newest judgement.
+class Channel(ABC, Generic[SampleT]):
+    """One subject: where its readings come from, its alignment, its detector, and the newest judgement.
 
-    Reports are aligned first (`align`), their samples judged together (`judge`), and the judgements then taken report
-    by report (`judgements`).
+    Readings are aligned first (`align`), their samples judged together (`judge`), and the judgements then taken
+    reading by reading (`judgements`).
 
     Args:
-        thruster: which one.
-        config: settings of alignment and detector.
-        make: makes the detector.
+        subject: as in the findings.
+        sources: of its readings.
+        signals: what should keep coming.
+
+    Attributes:
+        subject, sources, signals: as given.
+        newest: newest judgement, None before the first.
     """
 
-    def __init__(self, thruster: Thruster, config: Config, make: DetectorFactory) -> None:
-        align = config.align
-        self.number = thruster.number
-        self.command_link = thruster.command.link
-        self.rpm_link = thruster.rpm.link
-        self.aligner = ThrusterAligner(align.sample_rate_hz, align.gap_s, align.stale_s)
-        # by its own seed each thruster learns at its own time: eight at once would hold up the judging
-        settings = replace(config.detector, seed=config.detector.seed + thruster.number)
-        self.detector = make(settings, None)
-        self._remake = partial(make, settings)
-        self._sources = thruster.model_dump_json(exclude={"name"})
-        self._settings = f"{config.detector!r} {align.model_dump_json()}"
-        self._aligned: list[ThrusterSample] = []
-        self._judged: deque[Judgement] = deque()
+    def __init__(self, subject: str, sources: Iterable[Source], signals: Iterable[Watched]) -> None:
+        self.subject = subject
+        self.sources = tuple(sources)
+        self.signals = tuple(signals)
         self.newest: Judgement | None = None
+        self._aligned: list[SampleT] = []
+        self._judged: deque[Judgement] = deque()
 
-    def align(self, report: ThrusterReport) -> int:
-        """Takes a report in; number of samples that it completes."""
-        samples = self.aligner.report(report.time_s, report.speed_rpm, report.voltage_v, report.current_a)
+    def align(self, reading: Reading) -> Aligned:
+        """Takes a reading in that came from one of the sources."""
+        samples, signal = self._align(reading)
         self._aligned += samples
-        return len(samples)
+        return Aligned(len(samples), signal)
 
     def judge(self) -> None:
         """Judges all samples that were aligned since the last time."""
         samples, self._aligned = self._aligned, []
-        for sample, verdict in zip(samples, verdicts(self.detector, samples), strict=True):
-            self.newest = Judgement(self.number, sample, verdict)
-            self._judged.append(self.newest)
+        for judgement in self._judge(samples):
+            self.newest = judgement
+            self._judged.append(judgement)
 
     def judgements(self, samples: int) -> Iterator[Judgement]:
         """The oldest judgements that were not taken yet, one for each of as many samples."""
         return (self._judged.popleft() for _ in range(samples))
 
+    @abstractmethod
+    def accept(self) -> None:
+        """The operator says that the subject is well as it is."""
+
+    @abstractmethod
+    def drops(self) -> Counter[str]:
+        """What was refused, by cause."""
+
+    @abstractmethod
     def learnt(self) -> Learnt:
         """What the next start of the program should know."""
-        return Learnt(self._sources, self._settings, self.aligner.rate_hz, self.detector)
 
+    @abstractmethod
     def recall(self, old: Learnt) -> bool:
-        """Other settings leave only the commissioned curve of what was learnt, other sources nothing: False."""
-        if old.sources != self._sources:
-            return False
-        if old.settings == self._settings:
-            self.aligner.rate_hz, self.detector = old.rate_hz, old.detector
-        else:
-            self.detector = self._remake(old.detector.commissioned)
-        return True
+        """Takes of what was learnt that which still has a meaning; False where that is nothing."""
 
+    @abstractmethod
+    def _align(self, reading: Reading) -> tuple[Sequence[SampleT], str | None]:
+        """The samples that a reading completes, and the watched signal that it belongs to."""
 
-def verdicts(detector: Detector, samples: Sequence[ThrusterSample]) -> list[ThrusterVerdict]:
-    """What a detector says of successive samples, in the way that costs least."""
-    if len(samples) < 2:
-        return [detector.update(sample) for sample in samples]
-    rows = [
-        (one.time_s, one.command, one.speed_rpm, _measured(one.voltage_v), _measured(one.current_a))
-        for one in samples
-    ]
-    block = detector.run(*np.array(rows).T)
-    return [block.row(index) for index in range(len(samples))]
-
-
-def _row(sample: ThrusterSample) -> tuple[float, ...]:
-    telemetry = (_measured(sample.voltage_v), _measured(sample.current_a))
-    return sample.time_s, sample.command, sample.speed_rpm, *telemetry
-
-
-def _measured(value: float | None) -> float:
-    return nan if value is None else value
+    @abstractmethod
+    def _judge(self, samples: Sequence[SampleT]) -> Iterable[Judgement]:
+        """A judgement for each of successive samples."""

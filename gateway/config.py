@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
+from detectors.speed import SpeedConfig, SpeedCurve
 from detectors.thruster import ThrusterConfig
 from gateway.config_sections import (
     MAVLINK,
@@ -22,15 +23,34 @@ from gateway.config_sections import (
     Files,
     Mavlink,
     Section,
+    Speed,
     Supervisor,
     Thruster,
     Vehicle,
 )
 from gateway.consistency import inconsistencies
-from gateway.detector_settings import thruster_settings
+from gateway.detector_settings import DetectorSettings, Setting
+from gateway.flow_settings import flow_model
 from gateway.problems import ConfigError, Problem, from_validation, unknown_key
 
 SectionT = TypeVar("SectionT", bound=Section)
+
+
+# settings of the speed detector, by their names, that have a place in [speed]
+SPEED_KEYS = {"speed_min_mps": "minimum_mps", "speed_max_mps": "maximum_mps", "tolerance": "tolerance"}
+
+
+@dataclass(frozen=True, slots=True)
+class Detectors:
+    """Settings of the detectors.
+
+    Attributes:
+        thruster: of every thruster's.
+        speed: of the vehicle's speed, None = not watched.
+    """
+
+    thruster: ThrusterConfig
+    speed: SpeedConfig | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +62,8 @@ class Config:
         can: CAN buses.
         mavlink: the link to the autopilot, None = none.
         thruster: thrusters, in the order of the file.
-        detector: settings of every thruster's detector.
+        speed: the speed watch, None = none.
+        detector: settings of the detectors.
         align, supervisor, failsafe: as in the file, with defaults filled in.
         files: with absolute paths.
     """
@@ -51,7 +72,8 @@ class Config:
     can: tuple[CanBus, ...]
     mavlink: Mavlink | None
     thruster: tuple[Thruster, ...]
-    detector: ThrusterConfig
+    speed: Speed | None
+    detector: Detectors
     align: Align
     supervisor: Supervisor
     failsafe: Failsafe
@@ -114,7 +136,7 @@ class _Parser:
             "can": tuple(self._each(CanBus, "can", "name")),
             "mavlink": self._section(Mavlink, "mavlink") if "mavlink" in self._tables else None,
             "thruster": tuple(self._each(Thruster, "thruster", "number")),
-            "detector": self._detector(),
+            "speed": self._section(Speed, "speed") if "speed" in self._tables else None,
             "align": self._section(Align, "align"),
             "supervisor": self._section(Supervisor, "supervisor"),
             "failsafe": self._section(Failsafe, "failsafe"),
@@ -126,8 +148,12 @@ class _Parser:
         if parts["files"] is not None:
             parts["files"] = self._absolute(parts["files"], "findings", "state")
         parts["can"] = tuple(self._absolute(bus, "database") for bus in parts["can"])
-        crossed = {key: parts[key] for key in ("can", "mavlink", "thruster", "failsafe")}
+        if parts["speed"] is not None and parts["speed"].flow is not None:
+            flow = self._absolute(parts["speed"].flow, "file")
+            parts["speed"] = parts["speed"].model_copy(update={"flow": flow})
+        crossed = {key: parts[key] for key in ("can", "mavlink", "thruster", "speed", "failsafe")}
         self._problems += inconsistencies(self._tables, **crossed)
+        parts["detector"] = self._detectors(parts["speed"])
         if self._problems:
             raise ConfigError(source, self._problems)
         return Config(**parts)
@@ -158,13 +184,43 @@ class _Parser:
             self._problems += from_validation(error, model, path)
             return None
 
-    def _detector(self) -> ThrusterConfig | None:
-        detectors = self._tables.get("detector", {})
-        if not isinstance(detectors, dict):
-            self._problems.append(Problem("detector", detectors, "should be a table, [detector.thruster]"))
+    def _detectors(self, speed: Speed | None) -> Detectors | None:
+        tables = self._tables.get("detector", {})
+        if not isinstance(tables, dict):
+            self._problems.append(Problem("detector", tables, "should be a table, [detector.thruster]"))
             return None
-        unknown = {key: value for key, value in detectors.items() if key != "thruster"}
-        self._problems += [unknown_key(f"detector.{key}", value, ["thruster"]) for key, value in unknown.items()]
-        config, problems = thruster_settings(detectors.get("thruster", {}), "detector.thruster")
+        known = ("thruster", "speed")
+        unknown = {key: value for key, value in tables.items() if key not in known}
+        self._problems += [unknown_key(f"detector.{key}", value, known) for key, value in unknown.items()]
+        thruster, problems = DetectorSettings(ThrusterConfig, "detector.thruster", {}).read(
+            tables.get("thruster", {})
+        )
         self._problems += problems
-        return config
+        watched = None if speed is None else self._speed_settings(speed, tables.get("speed", {}))
+        return None if thruster is None else Detectors(thruster, watched)
+
+    def _speed_settings(self, speed: Speed, table: object) -> SpeedConfig | None:
+        elsewhere = {
+            name: Setting(f"speed.{key}", value)
+            for name, key in SPEED_KEYS.items()
+            if (value := getattr(speed, key)) is not None
+        }
+        if (speed.minimum_mps is None) != (speed.maximum_mps is None):  # told already
+            elsewhere = {name: one for name, one in elsewhere.items() if name == "tolerance"}
+        if speed.curve is not None:
+            elsewhere["speed_curve"] = Setting("speed.curve", self._curve(speed.curve))
+        if speed.flow is not None:
+            flow, problems = flow_model(speed.flow)
+            self._problems += problems
+            elsewhere["flow_model"] = Setting("speed.flow", flow)
+        left_out = ("basis", "flow_model", "speed_curve", *SPEED_KEYS)
+        settings, problems = DetectorSettings(SpeedConfig, "detector.speed", elsewhere, left_out).read(table)
+        self._problems += problems
+        return settings
+
+    def _curve(self, points: list[tuple[float, float]]) -> SpeedCurve | None:
+        try:
+            return SpeedCurve(*zip(*points, strict=True))
+        except ValueError as error:
+            self._problems.append(Problem("speed.curve", points, str(error)))
+            return None

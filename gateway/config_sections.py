@@ -11,12 +11,16 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, Strict
 
 from drivers.can.dbc import SpeedUnit
+from gateway.local_frame import LocalFrame
 
 # name of the link to the autopilot, where buses have names of their own
 MAVLINK = "mavlink"
 
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
+Share = Annotated[float, Field(ge=-1, le=1)]
+Latitude = Annotated[float, Field(ge=-90, le=90)]
+Longitude = Annotated[float, Field(ge=-180, le=360)]
 PathText = Annotated[Path, Strict(False)]
 
 
@@ -100,6 +104,12 @@ class Thruster(Section):
     name: str | None = Field(None, min_length=1, description='in words, e.g. "front left"')
     command: CommandSource = Field(description='e.g. { link = "can0", esc_index = 0 }')
     rpm: RpmSource = Field(description='e.g. { link = "can0", esc_index = 0 }')
+    ahead: Share = Field(
+        0.0, description="part of its thrust that drives the vehicle ahead when its command is positive"
+    )
+    right: Share = Field(
+        0.0, description="part of its thrust that drives it to the right when its command is positive"
+    )
 
 
 class Align(Section):
@@ -112,6 +122,67 @@ class Align(Section):
     stale_s: Positive = Field(0.5, le=60, description="an older command gives no sample")
 
 
+class Constituent(Section):
+    """`[[speed.flow.constituents]]`: one constituent of the tide, by its amplitudes or by its ellipse."""
+
+    name: str = Field(min_length=1, description="M2, S2, N2, K1, O1...")
+    north_mps: NotNegative | None = Field(None, description="amplitude of the current to the north (v)")
+    north_lag_deg: float | None = Field(None, description="its Greenwich phase lag")
+    east_mps: NotNegative | None = Field(None, description="amplitude of the current to the east (u)")
+    east_lag_deg: float | None = Field(None, description="its Greenwich phase lag")
+    semi_major_mps: NotNegative | None = Field(None, description="ellipse: largest speed")
+    semi_minor_mps: float | None = Field(
+        None, description="ellipse: smallest speed, negative where it turns clockwise"
+    )
+    inclination_deg: float | None = Field(None, description="ellipse: of the major axis, counter-clockwise from east")
+    lag_deg: float | None = Field(None, description="ellipse: Greenwich phase lag of the largest speed")
+
+
+class Flow(Section):
+    """`[speed.flow]`: what is known of the current from elsewhere: a constant one, a tide, or a forecast file."""
+
+    speed_mps: NotNegative | None = Field(None, description="of the constant current")
+    direction_deg: float | None = Field(None, description="true direction that the constant current sets towards")
+    constituents: list[Constituent] = Field([], description="of the tide; a constant current is its mean")
+    file: PathText | None = Field(None, description="NetCDF file of a current forecast")
+    latitude_deg: Latitude | None = Field(
+        None, description="of the dive site: the part of the file around it is read"
+    )
+    longitude_deg: Longitude | None = Field(None, description="of the dive site")
+    eastward: str | None = Field(None, description="the file's variable; left out: found by its standard name")
+    northward: str | None = Field(None, description="the file's variable; left out: found by its standard name")
+
+    def site(self) -> LocalFrame | None:
+        """The frame of the dive site, where it is given."""
+        if self.latitude_deg is None or self.longitude_deg is None:
+            return None
+        return LocalFrame.at_degrees(self.latitude_deg, self.longitude_deg)
+
+
+class Speed(Section):
+    """`[speed]`: the watch over the vehicle's speed through the water. Without this table there is none."""
+
+    position: Literal["auto", "local", "global", "fix"] = Field(
+        "auto",
+        description="source of positions; auto: fixes (USBL, GPS), else the autopilot's local, else its global",
+    )
+    minimum_mps: NotNegative | None = Field(None, description="least normal speed; left out, with maximum: learnt")
+    maximum_mps: Positive | None = Field(None, description="largest normal speed")
+    tolerance: Annotated[float, Field(gt=0, lt=1)] = Field(
+        0.2, description="of the learnt normal speed: a share of it up or down is normal"
+    )
+    curve: list[Annotated[tuple[float, float], Strict(False)]] | None = Field(
+        None,
+        min_length=1,
+        description="normal speed over the command, [[command, m/s], ...] ascending; left out: learnt",
+    )
+    flow: Flow | None = Field(None, description="what is known of the current from elsewhere")
+
+    def origin(self) -> LocalFrame | None:
+        """The frame of the positions, where it is given."""
+        return None if self.flow is None else self.flow.site()
+
+
 class Supervisor(Section):
     """`[supervisor]`: when the pilot is told."""
 
@@ -119,7 +190,7 @@ class Supervisor(Section):
     fault_after_s: NotNegative = Field(0.0, description="the detector says FAULT only when it is sure: 0 = at once")
     clear_after_s: NotNegative = Field(5.0, description="NORMAL for this long ends a suspicion or a fault")
     repeat_s: float = Field(30.0, ge=10, description="a lasting fault is said again every so often")
-    silent_s: Positive = Field(1.5, description="a bus, RPM or command unheard for this long is told")
+    silent_s: Positive = Field(1.5, description="a bus, RPM, command or heading unheard for this long is told")
 
 
 FailsafeAction = Literal["none", "warn", "hold", "surface", "manual", "disarm"]
@@ -129,6 +200,7 @@ class Failsafe(Section):
     """`[failsafe]`: what the autopilot is asked to do, only while it is armed."""
 
     thruster_fault: FailsafeAction = Field("warn", description="at the onset of a FAULT of a thruster")
+    speed_fault: FailsafeAction = Field("warn", description="at the onset of a FAULT of the vehicle's speed")
     interval_s: float = Field(60.0, ge=10, description="never asked again sooner than this")
 
 
@@ -136,5 +208,5 @@ class Files(Section):
     """`[files]`"""
 
     findings: PathText = Field(Path("findings.jsonl"), description="findings, one JSON object a line")
-    state: PathText = Field(Path("thrusters.state"), description="what was learnt, for the next start")
+    state: PathText = Field(Path("vehicle.state"), description="what was learnt, for the next start")
     save_every_s: float = Field(60.0, ge=1, description="time between two savings of the state")

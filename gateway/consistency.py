@@ -14,7 +14,7 @@ from typing import Any
 from can.interfaces import VALID_INTERFACES
 
 from drivers.mavlink.endpoint import parse_endpoint
-from gateway.config_sections import MAVLINK, CanBus, CommandSource, Failsafe, Mavlink, RpmSource, Thruster
+from gateway.config_sections import MAVLINK, CanBus, CommandSource, Failsafe, Mavlink, RpmSource, Speed, Thruster
 from gateway.problems import Problem
 from gateway.wiring import command_scale, refused_signals
 
@@ -52,13 +52,14 @@ def inconsistencies(
     can: Sequence[CanBus],
     mavlink: Mavlink | None,
     thruster: Sequence[Thruster],
+    speed: Speed | None,
     failsafe: Failsafe | None,
 ) -> list[Problem]:
     """All contradictions among the valid tables.
 
     Args:
         tables: the raw file, to tell a link that is not there from one whose own table has a problem.
-        can, mavlink, thruster, failsafe: what is valid of it.
+        can, mavlink, thruster, speed, failsafe: what is valid of it.
     """
     protocols: dict[str, str] = {bus.name: bus.protocol for bus in can}
     if mavlink is not None:
@@ -74,7 +75,8 @@ def inconsistencies(
         *_shared_places(thruster, protocols),
         *(problem for one in thruster for problem in _split_escs(one, protocols)),
         *(problem for bus in can for problem in _signal_problems(bus, thruster)),
-        *_failsafe_problems(failsafe, "mavlink" in tables),
+        *_speed_problems(speed, tables),
+        *_failsafe_problems(failsafe, tables),
     ]
 
 
@@ -201,7 +203,32 @@ def _signal_problems(bus: CanBus, thrusters: Sequence[Thruster]) -> Iterator[Pro
             yield Problem(path, value, wanted)
 
 
-def _failsafe_problems(failsafe: Failsafe | None, has_mavlink: bool) -> Iterator[Problem]:
-    if failsafe is not None and failsafe.thruster_fault in SENDING_ACTIONS and not has_mavlink:
-        wanted = 'needs a [mavlink] table to reach the autopilot, else want "warn" or "none"'
-        yield Problem("failsafe.thruster_fault", failsafe.thruster_fault, wanted)
+def _speed_problems(speed: Speed | None, tables: Mapping[str, Any]) -> Iterator[Problem]:
+    if "speed" not in tables:
+        if isinstance(detectors := tables.get("detector"), dict) and "speed" in detectors:
+            yield Problem(
+                "detector.speed", None, "means nothing without a table [speed], which switches the watch on"
+            )
+        return
+    if MAVLINK not in tables:
+        yield Problem("speed", None, "needs a [mavlink] table: heading and position come from the autopilot")
+    if speed is None:
+        return
+    if (speed.minimum_mps is None) != (speed.maximum_mps is None):
+        key = "minimum_mps" if speed.minimum_mps is None else "maximum_mps"
+        yield Problem(f"speed.{key}", None, "missing: want both, or neither where normal speed is to be learnt")
+    if speed.position == "local" and speed.flow is not None and speed.flow.file is not None:
+        wanted = 'a forecast needs positions on the earth: want "global", "fix" or "auto"'
+        yield Problem("speed.position", speed.position, wanted)
+
+
+def _failsafe_problems(failsafe: Failsafe | None, tables: Mapping[str, Any]) -> Iterator[Problem]:
+    if failsafe is None:
+        return
+    for key in ("thruster_fault", "speed_fault"):
+        action = getattr(failsafe, key)
+        if action in SENDING_ACTIONS and MAVLINK not in tables:
+            wanted = 'needs a [mavlink] table to reach the autopilot, else want "warn" or "none"'
+            yield Problem(f"failsafe.{key}", action, wanted)
+    if "speed_fault" in failsafe.model_fields_set and "speed" not in tables:
+        yield Problem("failsafe.speed_fault", failsafe.speed_fault, "means nothing without a table [speed]")

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from detectors.verdict import Level
 from drivers.mavlink.messages import CommandLong, StatusText
@@ -47,27 +47,8 @@ COMMANDS: Mapping[tuple[AutopilotKind, str], _Command] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class FailsafePolicy:
-    """What to ask for.
-
-    Attributes:
-        action: "none" and "warn" ask for nothing.
-        interval_s: never ask again sooner than this.
-
-    Raises:
-        ValueError: an unknown action or a negative time.
-    """
-
-    action: str = "warn"
-    interval_s: float = 60.0
-
-    def __post_init__(self) -> None:
-        known = {"none", "warn", *(action for _, action in COMMANDS)}
-        if self.action not in known:
-            raise ValueError(f"action = {self.action!r}: want one of {', '.join(sorted(known))}")
-        if not self.interval_s >= 0.0:
-            raise ValueError(f"interval_s = {self.interval_s!r}: want 0 or more seconds")
+# "none" and "warn" ask for nothing
+ACTIONS = frozenset({"none", "warn", *(action for _, action in COMMANDS)})
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +56,7 @@ class _Request:
     """A request under way."""
 
     label: str
+    action: str
     command: CommandLong
     due_s: float
 
@@ -83,29 +65,38 @@ _Outcome = Finding | StatusText | CommandLong
 
 
 class Failsafe:
-    """One request at a time. See the module's text."""
+    """One request at a time, whatever it is for. See the module's text.
 
-    def __init__(self, policy: FailsafePolicy) -> None:
-        self._policy = policy
+    Args:
+        interval_s: never ask again sooner than this.
+
+    Raises:
+        ValueError: a negative time.
+    """
+
+    def __init__(self, interval_s: float = 60.0) -> None:
+        if not interval_s >= 0.0:
+            raise ValueError(f"interval_s = {interval_s!r}: want 0 or more seconds")
+        self._interval_s = interval_s
         self._request: _Request | None = None
         self._asked_s = -math.inf
 
-    def request(self, time_s: float, label: str, autopilot: AutopilotWatch) -> list[_Outcome]:
-        """Asks for the configured action because of `label`, or says why not."""
-        if self._policy.action in ("none", "warn"):
+    def request(self, time_s: float, label: str, action: str, autopilot: AutopilotWatch) -> list[_Outcome]:
+        """Asks for an action because of `label`, or says why not."""
+        if action in ("none", "warn"):
             return []
         heard = autopilot.present(time_s)
-        obstacle = "autopilot not heard" if heard is None else self._obstacle(time_s, heard)
+        obstacle = "autopilot not heard" if heard is None else self._obstacle(time_s, heard, action)
         if heard is None or obstacle is not None:
             # a disarmed vehicle, or one that was just asked, is as the pilot expects it: no text
             told = heard is not None and heard.armed and obstacle != JUST_NOW
-            return self._not_sent(time_s, self._text(label, f"not sent, {obstacle}"), told)
-        code, first, second = COMMANDS[kind_of(heard), self._policy.action]
+            return self._not_sent(time_s, _text(label, action, f"not sent, {obstacle}"), told)
+        code, first, second = COMMANDS[kind_of(heard), action]
         parameters = (first, second, 0.0, 0.0, 0.0, 0.0, 0.0)
         command = CommandLong(code, parameters, heard.system_id, heard.component_id)
         self._asked_s = time_s
-        self._request = _Request(label, command, time_s + ANSWER_S)
-        return [self._finding(time_s, Level.SUSPECT, self._text(label, "asked"), Severity.INFO), command]
+        self._request = _Request(label, action, command, time_s + ANSWER_S)
+        return [self._finding(time_s, Level.SUSPECT, _text(label, action, "asked"), Severity.INFO), command]
 
     def acknowledge(self, reading: CommandAcknowledgement) -> list[_Outcome]:
         """Takes a COMMAND_ACK: of another command or another system it means nothing."""
@@ -117,14 +108,14 @@ class Failsafe:
             return []
         match reading.result:
             case 0:  # accepted
-                return self._close(reading.time_s, "accepted", Level.NORMAL, Severity.WARNING)
+                return self._close(request, reading.time_s, "accepted", Level.NORMAL, Severity.WARNING)
             case 1:  # temporarily rejected: tried again when it is due
                 return []
             case 5:  # in progress: its end is awaited
-                self._request = _Request(request.label, request.command, reading.time_s + ANSWER_S)
+                self._request = replace(request, due_s=reading.time_s + ANSWER_S)
                 return []
         word = RESULT_WORDS.get(reading.result, f"result {reading.result}")
-        return self._close(reading.time_s, word, Level.SUSPECT, Severity.ERROR)
+        return self._close(request, reading.time_s, word, Level.SUSPECT, Severity.ERROR)
 
     def advance(self, time_s: float) -> list[_Outcome]:
         """Takes a tick: a request that is not answered is sent again, and at last given up."""
@@ -132,20 +123,20 @@ class Failsafe:
         if request is None or time_s < request.due_s:
             return []
         if request.command.confirmation + 1 >= TRIES:
-            return self._close(time_s, "no answer", Level.SUSPECT, Severity.ERROR)
-        command = _again(request.command)
-        self._request = _Request(request.label, command, time_s + ANSWER_S)
+            return self._close(request, time_s, "no answer", Level.SUSPECT, Severity.ERROR)
+        command = replace(request.command, confirmation=request.command.confirmation + 1)
+        self._request = replace(request, command=command, due_s=time_s + ANSWER_S)
         return [command]
 
-    def _obstacle(self, time_s: float, heard: AutopilotHeartbeat) -> str | None:
+    def _obstacle(self, time_s: float, heard: AutopilotHeartbeat, action: str) -> str | None:
         """Why nothing may be asked now, the weightiest reason first."""
         kind = kind_of(heard)
         reasons = {
             "not armed": not heard.armed,
             f"autopilot {heard.autopilot} unknown": kind is AutopilotKind.OTHER,
-            f"{kind} has none": (kind, self._policy.action) not in COMMANDS,
+            f"{kind} has none": (kind, action) not in COMMANDS,
             "own failsafe active": heard.system_status in (MAV_STATE_CRITICAL, MAV_STATE_EMERGENCY),
-            JUST_NOW: time_s - self._asked_s < self._policy.interval_s,
+            JUST_NOW: time_s - self._asked_s < self._interval_s,
         }
         return next((reason for reason, stands in reasons.items() if stands), None)
 
@@ -153,24 +144,14 @@ class Failsafe:
         finding = self._finding(time_s, Level.UNKNOWN, text, Severity.WARNING)
         return [finding, StatusText(Severity.WARNING, text)] if told else [finding]
 
-    def _close(self, time_s: float, word: str, level: Level, severity: Severity) -> list[_Outcome]:
-        label = "" if self._request is None else self._request.label
+    def _close(self, request: _Request, time_s: float, word: str, level: Level, severity: Severity) -> list[_Outcome]:
         self._request = None
-        text = self._text(label, word)
+        text = _text(request.label, request.action, word)
         return [self._finding(time_s, level, text, severity), StatusText(severity, text)]
-
-    def _text(self, label: str, word: str) -> str:
-        return texts.fitted(f"{label} failsafe {self._policy.action}: {word}")
 
     def _finding(self, time_s: float, level: Level, text: str, severity: Severity) -> Finding:
         return Finding(time_s, "failsafe", "vehicle", level, math.nan, text, severity)
 
 
-def _again(command: CommandLong) -> CommandLong:
-    return CommandLong(
-        command.command,
-        command.parameters,
-        command.target_system,
-        command.target_component,
-        command.confirmation + 1,
-    )
+def _text(label: str, action: str, word: str) -> str:
+    return texts.fitted(f"{label} failsafe {action}: {word}")

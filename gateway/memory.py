@@ -32,8 +32,7 @@ class Memory:
             log.warning("state %s cannot be read, all is learnt anew: %s", self._path, error)
         else:
             if foreign:
-                numbers = ", ".join(map(str, foreign))
-                self._set_aside(f"state {self._path} is of other thrusters {numbers}", keep=True)
+                self._set_aside(f"state {self._path} is of others: {', '.join(foreign)}", keep=True)
 
     def store(self, pipeline: Pipeline) -> None:
         """Writes what the pipeline has learnt; a failure is logged once, until it works again."""

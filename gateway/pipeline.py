@@ -4,43 +4,54 @@ It knows no bus, socket or clock. The same readings in the same order give the s
 in replay, however they are cut into batches, however often `advance` is called in between, and after `snapshot` and
 `restore`.
 
-A batch goes through in three passes: all its readings are aligned, each detector judges its thruster's samples in one
-block (a fraction of the cost of one by one), and then the supervisor hears of everything in the order of arrival.
+A batch goes through in three passes: all its readings are aligned, each detector judges its samples in one block (for
+thrusters a fraction of the cost of one by one), and then the supervisor hears of everything in the order of arrival.
 That gives the same as one by one because neither alignment nor detectors depend on what the supervisor says.
 """
 
 from __future__ import annotations
 
 import pickle
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import assert_never
+from typing import Any
 
+from detectors.speed import SpeedDetector
 from detectors.thruster import ThrusterDetector
 from detectors.verdict import Level
 from drivers.readings import (
-    Attitude,
     AutopilotConflict,
     AutopilotHeartbeat,
-    AutopilotReboot,
     CommandAcknowledgement,
-    GlobalPosition,
     LinkState,
-    LocalPosition,
-    PositionFix,
     Reading,
     ThrusterCommand,
     ThrusterReport,
 )
-from gateway.channel import Channel, DetectorFactory, Judgement, Learnt
+from gateway.channel import Aligned, Channel, Judgement, Learnt, Source
 from gateway.config import Config
-from gateway.rules import CONFLICT, autopilots_observation, silence_watch, supervisor, thruster_observation
+from gateway.rules import CONFLICT, autopilots_observation, observation, silence_watch, supervisor
+from gateway.speed_channel import SpeedChannel, SpeedFactory
 from gateway.supervisor import Action
+from gateway.thruster_channel import ThrusterChannel, ThrusterFactory
 from gateway.timeline import Timeline
 
 Outcome = Judgement | Action
+
+
+@dataclass(frozen=True, slots=True)
+class Factories:
+    """What makes the detectors.
+
+    Attributes:
+        thruster: a thruster's, from its settings and its commissioned curve, if there is one.
+        speed: the vehicle's, from its settings and its normal speed, where that was learnt.
+    """
+
+    thruster: ThrusterFactory = ThrusterDetector
+    speed: SpeedFactory = SpeedDetector
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +72,8 @@ class Now:
 Event = Arrival | Now
 # A part of an event that comes to the supervisor, once the detectors have judged
 _Step = Callable[[], Iterable[Outcome]]
+# The channels that a reading went to, and what it did there
+_Taken = tuple[tuple[Channel[Any], Aligned], ...]
 
 
 class Pipeline:
@@ -68,23 +81,30 @@ class Pipeline:
 
     Args:
         config: what to watch.
-        detector: makes a thruster's detector from its settings and its commissioned curve, if there is one.
-
-    Attributes:
-        newest: newest judgement by thruster number, None before the first.
+        factories: makes the detectors; None: the real ones.
     """
 
-    def __init__(self, config: Config, detector: DetectorFactory = ThrusterDetector) -> None:
+    def __init__(self, config: Config, factories: Factories | None = None) -> None:
         self._timeline = Timeline()
         self._drops: Counter[str] = Counter()
-        self._channels = {thruster.number: Channel(thruster, config, detector) for thruster in config.thruster}
-        self._silence = silence_watch(config)
+        self._channels = {channel.subject: channel for channel in _channels(config, factories or Factories())}
+        self._routes: dict[Source, list[Channel[Any]]] = defaultdict(list)
+        for channel in self._channels.values():
+            for source in channel.sources:
+                self._routes[source].append(channel)
+        signals = [signal for channel in self._channels.values() for signal in channel.signals]
+        self._silence = silence_watch(config, signals)
         self._supervisor = supervisor(config)
 
     @property
-    def newest(self) -> Mapping[int, Judgement | None]:
-        """Newest judgement by thruster number, None before the first."""
-        return {number: channel.newest for number, channel in self._channels.items()}
+    def subjects(self) -> tuple[str, ...]:
+        """Whatever is judged: "thruster 1", ..., "vehicle"."""
+        return tuple(self._channels)
+
+    @property
+    def newest(self) -> Mapping[str, Judgement | None]:
+        """Newest judgement by subject, None before the first."""
+        return {subject: channel.newest for subject, channel in self._channels.items()}
 
     def levels(self) -> dict[str, Level]:
         """Level of every subject, as the pilot was told."""
@@ -94,7 +114,7 @@ class Pipeline:
         """What was refused after decoding, by cause."""
         total = self._drops + self._timeline.drops
         for channel in self._channels.values():
-            total += channel.aligner.drops
+            total += channel.drops()
         return total
 
     def feed(self, link: str, readings: Sequence[Reading]) -> list[Outcome]:
@@ -112,28 +132,28 @@ class Pipeline:
             channel.judge()
         return [outcome for step in steps for outcome in step()]
 
-    def accept(self, thruster: int, time_s: float) -> list[Outcome]:
-        """The operator says that a thruster is well as it is: its present curve is the commissioned one from now on.
+    def accept(self, subject: str, time_s: float) -> list[Outcome]:
+        """The operator says that a subject is well as it is: how it is now is its reference from now on.
 
         Raises:
-            ValueError: no such thruster.
+            ValueError: no such subject.
         """
-        channel = self._channels.get(thruster)
+        channel = self._channels.get(subject)
         if channel is None:
-            raise ValueError(f"thruster = {thruster!r}: want one of {', '.join(map(str, self._channels))}")
-        channel.detector.accept()
-        return list(self._supervisor.accept(f"thruster {thruster}", time_s))
+            raise ValueError(f"subject = {subject!r}: want one of {', '.join(self._channels)}")
+        channel.accept()
+        return list(self._supervisor.accept(subject, time_s))
 
-    def learnt(self) -> dict[int, Learnt]:
-        """What the next start of the program should know, by thruster number."""
-        return {number: channel.learnt() for number, channel in self._channels.items()}
+    def learnt(self) -> dict[str, Learnt]:
+        """What the next start of the program should know, by subject."""
+        return {subject: channel.learnt() for subject, channel in self._channels.items()}
 
-    def recall(self, learnt: Mapping[int, Learnt]) -> list[int]:
-        """Takes what an earlier run had learnt; returns the thrusters that are now others, or no more there."""
+    def recall(self, learnt: Mapping[str, Learnt]) -> list[str]:
+        """Takes what an earlier run had learnt; returns the subjects that are now others, or no more there."""
         return [
-            number
-            for number, old in learnt.items()
-            if number not in self._channels or not self._channels[number].recall(old)
+            subject
+            for subject, old in learnt.items()
+            if subject not in self._channels or not self._channels[subject].recall(old)
         ]
 
     def snapshot(self) -> bytes:
@@ -161,68 +181,49 @@ class Pipeline:
         for reading in event.readings:
             if self._timeline.admits(reading.time_s):
                 yield partial(self._tick, tuple(self._timeline.ticks(reading.time_s)))
-                yield partial(self._hear, event.link, reading, *self._align(event.link, reading))
+                yield partial(self._hear, event.link, reading, self._align(event.link, reading))
 
-    def _align(self, link: str, reading: Reading) -> tuple[Channel | None, int]:
-        """The channel that a reading is for, and the number of samples that it completes there."""
-        match reading:
-            case ThrusterCommand():
-                channel = self._channel(reading.thruster, link, "command_link")
-                if channel is not None:
-                    channel.aligner.command(reading.time_s, reading.fraction)
-                return channel, 0
-            case ThrusterReport():
-                channel = self._channel(reading.thruster, link, "rpm_link")
-                return channel, 0 if channel is None else channel.align(reading)
-        return None, 0
+    def _align(self, link: str, reading: Reading) -> _Taken:
+        """Gives a reading to the channels that it is for; a thruster's over another link than its own is counted."""
+        thruster = reading.thruster if isinstance(reading, ThrusterCommand | ThrusterReport) else None
+        channels = self._routes.get(Source(link, type(reading), thruster), ())
+        if thruster is not None and not channels:
+            self._drops["not the configured source"] += 1
+        return tuple((channel, channel.align(reading)) for channel in channels)
 
     def _tick(self, ticks_s: Iterable[float]) -> Iterator[Outcome]:
         for tick_s in ticks_s:
-            for observation in self._silence.judge(tick_s, self._supervisor.disarmed()):
-                yield from self._supervisor.observe(observation)
+            for heard in self._silence.judge(tick_s, self._supervisor.disarmed()):
+                yield from self._supervisor.observe(heard)
             yield from self._supervisor.advance(tick_s)
 
-    def _hear(self, link: str, reading: Reading, channel: Channel | None, samples: int) -> Iterator[Outcome]:
+    def _hear(self, link: str, reading: Reading, taken: _Taken) -> Iterator[Outcome]:
         if isinstance(reading, LinkState):
             self._silence.link_state(reading)
             return
         self._silence.hear_link(link, reading.time_s)
+        for channel, (samples, signal) in taken:
+            if signal is not None:
+                self._silence.hear_signal(signal, reading.time_s)
+            for judgement in channel.judgements(samples):
+                yield judgement
+                yield from self._supervisor.observe(observation(judgement))
         match reading:
-            case ThrusterCommand():
-                if channel is not None:
-                    self._silence.hear_signal(f"thruster {channel.number} command", reading.time_s)
-            case ThrusterReport():
-                if channel is not None:
-                    yield from self._report(channel, reading, samples)
             case AutopilotHeartbeat():
                 yield from self._heartbeat(reading)
             case CommandAcknowledgement():
                 yield from self._supervisor.acknowledge(reading)
             case AutopilotConflict():
                 yield from self._supervisor.observe(autopilots_observation(reading.time_s, reading.system_ids))
-            case AutopilotReboot() | Attitude() | GlobalPosition() | LocalPosition() | PositionFix():
-                pass  # not needed to watch thrusters
-            case _:
-                assert_never(reading)
-
-    def _report(self, channel: Channel, report: ThrusterReport, samples: int) -> Iterator[Outcome]:
-        if report.speed_rpm is not None:
-            self._silence.hear_signal(f"thruster {channel.number} rpm", report.time_s)
-        for judgement in channel.judgements(samples):
-            yield judgement
-            yield from self._supervisor.observe(
-                thruster_observation(judgement.thruster, judgement.sample, judgement.verdict)
-            )
-
-    def _channel(self, thruster: int, link: str, source: str) -> Channel | None:
-        """The thruster's channel, where this link is its configured source; another link's readings are counted."""
-        channel = self._channels.get(thruster)
-        if channel is None or getattr(channel, source) != link:
-            self._drops["not the configured source"] += 1
-            return None
-        return channel
 
     def _heartbeat(self, reading: AutopilotHeartbeat) -> Iterator[Outcome]:
         yield from self._supervisor.heartbeat(reading)
         if CONFLICT in self._supervisor.levels():  # one autopilot is listened to again
             yield from self._supervisor.observe(autopilots_observation(reading.time_s, ()))
+
+
+def _channels(config: Config, factories: Factories) -> Iterator[Channel[Any]]:
+    for thruster in config.thruster:
+        yield ThrusterChannel(thruster, config, factories.thruster)
+    if config.speed is not None and config.detector.speed is not None:
+        yield SpeedChannel(config.speed, config.detector.speed, config, factories.speed)

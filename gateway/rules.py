@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
+from typing import assert_never
 
-from detectors.thruster.sample import ThrusterSample, ThrusterVerdict
 from detectors.verdict import Level
 from gateway import texts
+from gateway.channel import Judgement, SpeedJudgement, ThrusterJudgement
 from gateway.config import Config
 from gateway.config_sections import MAVLINK
 from gateway.debounce import DebounceTimes
-from gateway.failsafe import FailsafePolicy
 from gateway.silence import SilenceWatch, Watched
 from gateway.supervisor import Observation, Policy, Supervisor
 
@@ -22,20 +23,45 @@ MAVLINK_SILENT_S = 5.0
 CONFLICT = "link mavlink autopilots"
 
 
-def thruster_observation(number: int, sample: ThrusterSample, verdict: ThrusterVerdict) -> Observation:
-    """What the supervisor is told of a thruster's verdict."""
+def observation(judgement: Judgement) -> Observation:
+    """What the supervisor is told of a judgement."""
+    match judgement:
+        case ThrusterJudgement():
+            return _thruster_observation(judgement)
+        case SpeedJudgement():
+            return _speed_observation(judgement)
+        case _:
+            assert_never(judgement)
+
+
+def _thruster_observation(judgement: ThrusterJudgement) -> Observation:
+    sample, verdict = judgement.sample, judgement.verdict
     details = texts.thruster_details(sample, verdict)
     if verdict.level is Level.UNKNOWN:
         details = (verdict.reason,) if verdict.reason else ()
     return Observation(
         time_s=verdict.time_s,
         detector="thruster",
-        subject=f"thruster {number}",
-        label=f"T{number}",
+        subject=f"thruster {judgement.thruster}",
+        label=f"T{judgement.thruster}",
         level=verdict.level,
         score=verdict.score,
         trouble=texts.thruster_trouble(verdict),
         details=details,
+    )
+
+
+def _speed_observation(judgement: SpeedJudgement) -> Observation:
+    verdict = judgement.verdict
+    return Observation(
+        time_s=verdict.time_s,
+        detector="speed",
+        subject="vehicle",
+        label="Speed",
+        level=verdict.level,
+        score=verdict.score,
+        trouble=texts.speed_trouble(verdict),
+        details=texts.speed_details(verdict),
     )
 
 
@@ -49,27 +75,20 @@ def autopilots_observation(time_s: float, system_ids: tuple[int, ...]) -> Observ
 def supervisor(config: Config) -> Supervisor:
     """The supervisor that the configuration asks for."""
     settings, failsafe = config.supervisor, config.failsafe
-    thruster_times = DebounceTimes(settings.suspect_after_s, settings.fault_after_s, settings.clear_after_s)
+    times = DebounceTimes(settings.suspect_after_s, settings.fault_after_s, settings.clear_after_s)
     silence = Policy(DebounceTimes(0.0, 0.0, SILENCE_OVER_S))
-    thruster = Policy(thruster_times, cleared_by_disarm=True, failsafe=True, told=failsafe.thruster_fault != "none")
-    return Supervisor(
-        {"thruster": thruster, "link": silence, "signal": silence},
-        FailsafePolicy(failsafe.thruster_fault, failsafe.interval_s),
-        settings.repeat_s,
-    )
+    policies = {
+        "thruster": Policy(times, cleared_by_disarm=True, failsafe=failsafe.thruster_fault),
+        "speed": Policy(times, cleared_by_disarm=True, failsafe=failsafe.speed_fault),
+        "link": silence,
+        "signal": silence,
+    }
+    return Supervisor(policies, failsafe.interval_s, settings.repeat_s)
 
 
-def silence_watch(config: Config) -> SilenceWatch:
-    """The watch over all links, commands and speeds of the configuration."""
+def silence_watch(config: Config, signals: Iterable[Watched]) -> SilenceWatch:
+    """The watch over all links of the configuration, and over what the channels need to hear."""
     silent_s = config.supervisor.silent_s
     limits_s = {link: max(silent_s, MAVLINK_SILENT_S) if link == MAVLINK else silent_s for link in config.links()}
     links = [Watched("link", f"link {link}", link, link, limit_s) for link, limit_s in limits_s.items()]
-    signals = [
-        Watched("signal", f"thruster {one.number} {what}", f"T{one.number} {label}", link, silent_s, armed_only)
-        for one in config.thruster
-        for what, label, link, armed_only in (
-            ("command", "command", one.command.link, True),
-            ("rpm", "RPM", one.rpm.link, False),
-        )
-    ]
     return SilenceWatch(links, signals)

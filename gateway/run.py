@@ -13,21 +13,19 @@ from typing import Any
 
 from threadpoolctl import threadpool_limits
 
-from detectors.thruster import ThrusterDetector
 from drivers.can.bus import CanLink
 from drivers.can.decoder import CanDecoder
 from drivers.can.frame import CanFrame
 from drivers.clock import Clock
 from drivers.mavlink.messages import CommandLong, CompanionHeartbeat, StatusText
 from drivers.readings import LinkState, Reading
-from gateway.channel import DetectorFactory
 from gateway.companion import Companion
 from gateway.config import Config
 from gateway.config_sections import MAVLINK, CanBus
 from gateway.findings import Finding, FindingsFile
 from gateway.judging import Judging
 from gateway.memory import Memory
-from gateway.pipeline import Arrival, Outcome, Pipeline
+from gateway.pipeline import Arrival, Factories, Outcome, Pipeline
 from gateway.severity import Severity
 from gateway.summary import Summary
 from gateway.wiring import can_decoder
@@ -48,7 +46,7 @@ async def run(
     observer: Observer | None = None,
     stop: asyncio.Event | None = None,
     accept: asyncio.Event | None = None,
-    detector: DetectorFactory = ThrusterDetector,
+    factories: Factories | None = None,
 ) -> Summary:
     """Watches until `stop` is set.
 
@@ -57,8 +55,8 @@ async def run(
         clock: stamps what is received; None: a new one.
         observer: gets every outcome in the event loop, in order: judgements, findings, and what is sent.
         stop: ends the run in order; None: it runs until it is cancelled.
-        accept: the operator says that all thrusters are well as they are; it is cleared when that is done.
-        detector: makes a thruster's detector from its settings and its commissioned curve, if there is one.
+        accept: the operator says that all is well as it is; it is cleared when that is done.
+        factories: makes the detectors; None: the real ones.
 
     Returns:
         What the run came to.
@@ -68,7 +66,7 @@ async def run(
     """
     # the detectors' matrices are small: BLAS threads that wait for each other on busy cores cost more than they give
     with threadpool_limits(limits=1, user_api="blas"), FindingsFile(config.files.findings) as findings:
-        session = _Session(config, Pipeline(config, detector), clock or Clock(), observer, findings)
+        session = _Session(config, Pipeline(config, factories), clock or Clock(), observer, findings)
         return await session.run(stop or asyncio.Event(), accept or asyncio.Event())
 
 
@@ -120,9 +118,9 @@ class _Session:
     async def run(self, stop: asyncio.Event, accept: asyncio.Event) -> Summary:
         self._memory.recall(self._pipeline)
         log.info(
-            "watching %s: thrusters %s over %s",
+            "watching %s: %s over %s",
             self._config.vehicle.name,
-            ", ".join(str(thruster.number) for thruster in self._config.thruster),
+            watched(self._config),
             ", ".join(_links(self._config)),
         )
         try:
@@ -207,12 +205,12 @@ class _Session:
         while True:
             await accept.wait()
             accept.clear()
-            log.info("operator accepts all thrusters as they are")
+            log.info("operator accepts all as it is")
             self._judging.put(self._accept_all)
 
     def _accept_all(self) -> list[Outcome]:
         now_s = self._clock.now()
-        return [outcome for one in self._config.thruster for outcome in self._pipeline.accept(one.number, now_s)]
+        return [outcome for one in self._pipeline.subjects for outcome in self._pipeline.accept(one, now_s)]
 
     def _finish(self) -> None:
         """After a cancellation or an error too, what has arrived is judged, and what was learnt is kept."""
@@ -233,8 +231,14 @@ class _Session:
             drops=drops,
             findings=self._counts,
             levels=self._pipeline.levels(),
-            unjudged=[number for number, newest in self._pipeline.newest.items() if newest is None],
+            unjudged=[subject for subject, newest in self._pipeline.newest.items() if newest is None],
         )
+
+
+def watched(config: Config) -> str:
+    """Whatever is watched."""
+    thrusters = ", ".join(str(thruster.number) for thruster in config.thruster)
+    return f"thrusters {thrusters}" + ("" if config.speed is None else " and speed")
 
 
 def _links(config: Config) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""Watches that links are alive, and that every thruster's command and RPM keep coming. Judged on ticks only.
+"""Watches that links are alive, and that what the detectors need of them keeps coming. Judged on ticks only.
 
 Where a whole link is silent, that is said, and not that each of its signals is. Commands are not missed while the
 vehicle is disarmed: some autopilots do not send any then.
@@ -106,7 +106,7 @@ class SilenceWatch:
             ear.hear(time_s)
 
     def hear_signal(self, subject: str, time_s: float) -> None:
-        """A thruster's command or RPM came in."""
+        """Something of this signal came in."""
         self._signals[subject].hear(time_s)
 
     def link_state(self, state: LinkState) -> None:

@@ -17,7 +17,7 @@ from typing import Any
 
 from gateway.channel import Learnt
 
-FORMAT = "thruster-gateway state 1"
+FORMAT = "thruster-gateway state 2"
 OUR_PACKAGES = frozenset({"detectors", "gateway"})
 PLAIN = frozenset(
     {("collections", name) for name in ("Counter", "OrderedDict", "defaultdict", "deque")}
@@ -33,7 +33,7 @@ class StateError(Exception):
     """A state file that cannot be used: damaged, or of another program or version."""
 
 
-def save(path: Path, learnt: dict[int, Learnt]) -> None:
+def save(path: Path, learnt: dict[str, Learnt]) -> None:
     """Writes the state in place of the old one; a crash leaves the old one.
 
     Raises:
@@ -42,7 +42,7 @@ def save(path: Path, learnt: dict[int, Learnt]) -> None:
     write(path, pack(learnt))
 
 
-def pack(learnt: dict[int, Learnt]) -> bytes:
+def pack(learnt: dict[str, Learnt]) -> bytes:
     """The bytes of a state file."""
     payload = pickle.dumps(learnt)
     header = {"format": FORMAT, "sha256": hashlib.sha256(payload).hexdigest()}
@@ -63,8 +63,8 @@ def write(path: Path, data: bytes) -> None:
     temporary.replace(path)
 
 
-def load(path: Path) -> dict[int, Learnt]:
-    """Reads a state file; nothing learnt where there is none.
+def load(path: Path) -> dict[str, Learnt]:
+    """Reads a state file, by the names of the subjects; nothing learnt where there is none.
 
     Raises:
         StateError: it is not one of ours, or damaged.
@@ -77,7 +77,7 @@ def load(path: Path) -> dict[int, Learnt]:
     return unpack(data)
 
 
-def unpack(data: bytes) -> dict[int, Learnt]:
+def unpack(data: bytes) -> dict[str, Learnt]:
     """Reads the bytes of a state file.
 
     Raises:
@@ -90,9 +90,13 @@ def unpack(data: bytes) -> dict[int, Learnt]:
         learnt = _Unpickler(io.BytesIO(payload)).load()
     except Exception as error:  # whatever a pickle of another version stumbles over
         raise StateError(f"cannot be read: {error}") from error
-    if not (isinstance(learnt, dict) and all(isinstance(value, Learnt) for value in learnt.values())):
+    if not (isinstance(learnt, dict) and all(_is_learnt(*item) for item in learnt.items())):
         raise StateError("holds something else")
     return learnt
+
+
+def _is_learnt(subject: object, value: object) -> bool:
+    return isinstance(subject, str) and isinstance(value, Learnt)
 
 
 def _header(line: bytes) -> object:

@@ -20,7 +20,7 @@ class Summary:
         drops: what was thrown away, by link or stage, by cause.
         findings: number of findings by their level.
         levels: last level of every subject.
-        unjudged: thrusters of which there was never a sample.
+        unjudged: subjects of which there was never a sample.
     """
 
     duration_s: float = 0.0
@@ -29,7 +29,7 @@ class Summary:
     drops: dict[str, Counter[str]] = field(default_factory=dict)
     findings: Counter[str] = field(default_factory=Counter)
     levels: dict[str, Level] = field(default_factory=dict)
-    unjudged: list[int] = field(default_factory=list)
+    unjudged: list[str] = field(default_factory=list)
 
     def lines(self) -> list[str]:
         """For the log."""
@@ -39,7 +39,7 @@ class Summary:
             *(f"dropped at {place}: {_listed(causes)}" for place, causes in self.drops.items() if causes),
             f"findings: {_listed(self.findings)}",
             f"levels: {_worst_first(self.levels)}",
-            *([f"never judged: thrusters {', '.join(map(str, self.unjudged))}"] if self.unjudged else []),
+            *([f"never judged: {', '.join(self.unjudged)}"] if self.unjudged else []),
         ]
 
 

@@ -1,13 +1,13 @@
 """From what detectors and watches say, what pilot and autopilot are told. Pure: time comes in, actions go out.
 
-Each subject (a thruster, a link, ...) is in one of the four levels, and moves by `TABLE`:
+Each subject (a thruster, the vehicle, a link, ...) is in one of the four levels, and moves by `TABLE`:
 
 - Levels are debounced, upwards and downwards, before they count (`gateway.debounce`).
 - A FAULT is latched. Its clear conditions have names: NORMAL lasted, vehicle disarmed, operator accepted. That its
   detector does not know (any more) clears nothing, nor does one NORMAL of a detector that has just learnt the faulty
   state.
 - One text when a subject gets worse, one when it is over, and a lasting FAULT again every `repeat_s`.
-- The onset of a FAULT of a thruster is handed to `gateway.failsafe`.
+- The onset of a FAULT is handed to `gateway.failsafe`, with the action that its detector's policy names.
 - Every change of level is a finding.
 """
 
@@ -23,7 +23,7 @@ from drivers.readings import AutopilotHeartbeat, CommandAcknowledgement
 from gateway import texts
 from gateway.autopilot import ArmedEdge, AutopilotWatch
 from gateway.debounce import Debounce, DebounceTimes, Event
-from gateway.failsafe import Failsafe, FailsafePolicy
+from gateway.failsafe import ACTIONS, Failsafe
 from gateway.findings import Finding
 from gateway.severity import Severity
 
@@ -103,9 +103,9 @@ class Observation:
 
     Attributes:
         time_s: instant.
-        detector: who says so: "thruster", "link", "signal".
-        subject: of what, as in the findings: "thruster 3", "link can0".
-        label: the same for a text: "T3", "can0".
+        detector: who says so: "thruster", "speed", "link", "signal".
+        subject: of what, as in the findings: "thruster 3", "vehicle", "link can0".
+        label: the same for a text: "T3", "Speed", "can0".
         level: how bad it is.
         score: dimensionless evidence, NaN where there is none.
         trouble: what is wrong, e.g. "entangled?"; used only where the level is SUSPECT or FAULT.
@@ -140,14 +140,20 @@ class Policy:
     Attributes:
         times: debounce.
         cleared_by_disarm: disarming the vehicle is a clear condition.
-        failsafe: the onset of a FAULT asks for the failsafe action.
-        told: the pilot gets texts; else there are only findings.
+        failsafe: what the onset of a FAULT asks of the autopilot. With "warn" the pilot gets texts, and that is all;
+            with "none" there are only findings.
+
+    Raises:
+        ValueError: an unknown failsafe action.
     """
 
     times: DebounceTimes
     cleared_by_disarm: bool = False
-    failsafe: bool = False
-    told: bool = True
+    failsafe: str = "warn"
+
+    def __post_init__(self) -> None:
+        if self.failsafe not in ACTIONS:
+            raise ValueError(f"failsafe = {self.failsafe!r}: want one of {', '.join(sorted(ACTIONS))}")
 
 
 @dataclass(slots=True)
@@ -166,13 +172,13 @@ class Supervisor:
 
     Args:
         policies: by detector.
-        failsafe: what to ask of the autopilot.
+        ask_every_s: the autopilot is never asked for a failsafe action again sooner than this.
         repeat_s: a lasting FAULT is said again this often.
     """
 
-    def __init__(self, policies: Mapping[str, Policy], failsafe: FailsafePolicy, repeat_s: float = 30.0) -> None:
+    def __init__(self, policies: Mapping[str, Policy], ask_every_s: float = 60.0, repeat_s: float = 30.0) -> None:
         self._policies = dict(policies)
-        self._failsafe = Failsafe(failsafe)
+        self._failsafe = Failsafe(ask_every_s)
         self._autopilot = AutopilotWatch()
         self._repeat_s = repeat_s
         self._subjects: dict[str, _Subject] = {}
@@ -262,9 +268,9 @@ class Supervisor:
             actions.append(_finding(at_s, observation, transition.level, severity, text))
         if transition.say is not Say.NOTHING:
             subject.said_s = at_s
-            actions += [StatusText(severity, text)] if subject.policy.told else []
-        if transition.level is Level.FAULT and before is not Level.FAULT and subject.policy.failsafe:
-            actions += self._failsafe.request(at_s, observation.label, self._autopilot)
+            actions += [StatusText(severity, text)] if subject.policy.failsafe != "none" else []
+        if transition.level is Level.FAULT and before is not Level.FAULT:
+            actions += self._failsafe.request(at_s, observation.label, subject.policy.failsafe, self._autopilot)
         return actions
 
 

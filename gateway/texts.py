@@ -5,11 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from detectors.speed.sample import SpeedVerdict
 from detectors.thruster.sample import FaultKind, ThrusterSample, ThrusterVerdict
+from detectors.verdict import Level
 from drivers.mavlink.messages import TEXT_MAX
 
 # below this a percentage of the wanted speed says nothing
 PERCENT_FLOOR_RPM = 1.0
+# below this a speed needs its centimetres
+SLOW_MPS = 0.5
 
 
 def fitted(head: str, details: Sequence[str] = (), separator: str = " ") -> str:
@@ -51,6 +55,35 @@ def thruster_details(sample: ThrusterSample, verdict: ThrusterVerdict) -> tuple[
     if abs(wanted) < PERCENT_FLOOR_RPM:
         return measured, f", want {wanted:z.0f}"
     return measured, f", want {wanted:z.0f}", f" ({_percent(sample.speed_rpm / wanted - 1.0)})"
+
+
+def speed_trouble(verdict: SpeedVerdict) -> str:
+    """How fast it is and should be, e.g. `0.52 m/s, want 0.9-1.2`; without a number, why it is not trusted."""
+    if not math.isfinite(verdict.speed_mps):
+        return f"{verdict.reason}?" if verdict.reason else "abnormal?"
+    low, high = verdict.speed_min_mps, verdict.speed_max_mps
+    if not (math.isfinite(low) and math.isfinite(high)):
+        return _speed(verdict.speed_mps)
+    digits = 1 if max(abs(low), abs(high)) >= SLOW_MPS else 2
+    between = "-" if low >= 0.0 else " to "
+    return f"{_speed(verdict.speed_mps)}, want {low:z.{digits}f}{between}{high:z.{digits}f}"
+
+
+def speed_details(verdict: SpeedVerdict) -> tuple[str, ...]:
+    """Evidence: the flow where something is wrong (`(flow 0.4 @ 085)`, where the water goes to), else the speed."""
+    if verdict.level is Level.UNKNOWN:
+        return (verdict.reason,) if verdict.reason else ()
+    if verdict.level is Level.NORMAL:
+        return (_speed(verdict.speed_mps),) if math.isfinite(verdict.speed_mps) else ()
+    north, east = verdict.flow_mps[:2]
+    if not (math.isfinite(north) and math.isfinite(east)):
+        return ()
+    towards_deg = round(math.degrees(math.atan2(east, north))) % 360
+    return (f"(flow {math.hypot(north, east):.1f} @ {towards_deg:03d})",)
+
+
+def _speed(speed_mps: float) -> str:
+    return f"{speed_mps:z.2f} m/s"
 
 
 def _percent(share: float) -> str:

@@ -63,7 +63,7 @@ def test_check_says_how_to_mend_what_it_cannot(tmp_path):
     text = TWO_THRUSTERS.replace('"virtual"', '"socketcan"').replace('"gateway tests"', '"can7"')
     text = text.replace("udpin:127.0.0.1:0", "serial:/dev/no-such-device:57600")
     path.write_text(text + '[files]\nfindings = "no/findings.jsonl"')
-    (tmp_path / "thrusters.state").write_text("garbage")
+    (tmp_path / "vehicle.state").write_text("garbage")
     code, told = called("check", str(path))
     assert code == 1
     lines = {line.split(":")[0].split()[1]: line for line in told.splitlines() if line.startswith("problem")}
@@ -107,10 +107,10 @@ def test_run_as_a_process_stops_on_sigterm_with_a_summary_and_exit_code_0(tmp_pa
     assert (
         "stopping" in rest
         and "findings: none" in rest
-        and "never judged: thrusters 1, 2" in rest
+        and "never judged: thruster 1, thruster 2" in rest
         and "Traceback" not in rest
     )
-    assert (tmp_path / "findings.jsonl").exists() and (tmp_path / "thrusters.state").exists()
+    assert (tmp_path / "findings.jsonl").exists() and (tmp_path / "vehicle.state").exists()
 
 
 def test_findings_that_cannot_be_written_are_told(tmp_path):

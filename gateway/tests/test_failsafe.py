@@ -6,7 +6,7 @@ from detectors.verdict import Level
 from drivers.mavlink.messages import CommandLong, StatusText
 from drivers.readings import AutopilotHeartbeat, CommandAcknowledgement
 from gateway.autopilot import AutopilotWatch
-from gateway.failsafe import Failsafe, FailsafePolicy
+from gateway.failsafe import Failsafe
 from gateway.findings import Finding
 
 ARDUSUB, ROVER, PX4, OTHER = (3, 12), (3, 10), (12, 12), (0, 12)
@@ -48,14 +48,14 @@ def answer(time_s: float, result: int, command: int = 176, system: int = 7) -> C
     ],
 )
 def test_command_of_each_action(kind, action, command):
-    (sent,) = commands(Failsafe(FailsafePolicy(action)).request(1.0, "T3", autopilot(kind)))
+    (sent,) = commands(Failsafe().request(1.0, "T3", action, autopilot(kind)))
     assert (sent.command, *sent.parameters[:2]) == command
     assert (sent.target_system, sent.target_component, sent.confirmation) == (7, 1, 0)
 
 
 @pytest.mark.parametrize("action", ["none", "warn"])
 def test_nothing_is_asked_by_default(action):
-    assert Failsafe(FailsafePolicy(action)).request(1.0, "T3", autopilot()) == []
+    assert Failsafe().request(1.0, "T3", action, autopilot()) == []
 
 
 @pytest.mark.parametrize(
@@ -70,7 +70,7 @@ def test_nothing_is_asked_by_default(action):
     ],
 )
 def test_not_sent_and_said_so(watch, reason, told):
-    actions = Failsafe(FailsafePolicy("surface")).request(1.0, "T3", watch)
+    actions = Failsafe().request(1.0, "T3", "surface", watch)
     assert commands(actions) == []
     text = f"T3 failsafe surface: not sent, {reason}"
     assert recorded(actions) == [(Level.UNKNOWN, text)]
@@ -78,13 +78,13 @@ def test_not_sent_and_said_so(watch, reason, told):
 
 
 def test_autopilot_that_fell_silent_is_not_asked():
-    actions = Failsafe(FailsafePolicy("hold")).request(5.1, "T3", autopilot())
+    actions = Failsafe().request(5.1, "T3", "hold", autopilot())
     assert recorded(actions) == [(Level.UNKNOWN, "T3 failsafe hold: not sent, autopilot not heard")]
 
 
 def test_accepted_is_told_and_recorded():
-    failsafe = Failsafe(FailsafePolicy("surface"))
-    asked = failsafe.request(1.0, "T3", autopilot())
+    failsafe = Failsafe()
+    asked = failsafe.request(1.0, "T3", "surface", autopilot())
     assert recorded(asked) == [(Level.SUSPECT, "T3 failsafe surface: asked")]
     actions = failsafe.acknowledge(answer(1.008, ACCEPTED))
     assert said(actions) == ["T3 failsafe surface: accepted"]
@@ -93,8 +93,8 @@ def test_accepted_is_told_and_recorded():
 
 
 def test_three_tries_a_second_apart_then_no_answer():
-    failsafe = Failsafe(FailsafePolicy("hold"))
-    sent = [(0.0, command.confirmation) for command in commands(failsafe.request(0.0, "T3", autopilot()))]
+    failsafe = Failsafe()
+    sent = [(0.0, command.confirmation) for command in commands(failsafe.request(0.0, "T3", "hold", autopilot()))]
     given_up = []
     for tick in range(1, 60):
         actions = failsafe.advance(tick / 10)
@@ -105,15 +105,15 @@ def test_three_tries_a_second_apart_then_no_answer():
 
 
 def test_refusal_is_not_tried_again():
-    failsafe = Failsafe(FailsafePolicy("hold"))
-    failsafe.request(0.0, "T3", autopilot())
+    failsafe = Failsafe()
+    failsafe.request(0.0, "T3", "hold", autopilot())
     assert said(failsafe.acknowledge(answer(0.1, DENIED))) == ["T3 failsafe hold: denied"]
     assert failsafe.advance(1.5) == []
 
 
 def test_temporary_rejection_is_tried_again_and_progress_is_waited_for():
-    failsafe = Failsafe(FailsafePolicy("hold"))
-    failsafe.request(0.0, "T3", autopilot())
+    failsafe = Failsafe()
+    failsafe.request(0.0, "T3", "hold", autopilot())
     assert failsafe.acknowledge(answer(0.1, TEMPORARILY_REJECTED)) == []
     assert commands(failsafe.advance(1.0))
     assert failsafe.acknowledge(answer(1.5, IN_PROGRESS)) == []
@@ -122,26 +122,34 @@ def test_temporary_rejection_is_tried_again_and_progress_is_waited_for():
 
 
 def test_foreign_acknowledgements_mean_nothing():
-    failsafe = Failsafe(FailsafePolicy("hold"))
+    failsafe = Failsafe()
     assert failsafe.acknowledge(answer(0.0, ACCEPTED)) == []
-    failsafe.request(0.0, "T3", autopilot())
+    failsafe.request(0.0, "T3", "hold", autopilot())
     assert failsafe.acknowledge(answer(0.1, ACCEPTED, command=511)) == []
     assert failsafe.acknowledge(answer(0.1, ACCEPTED, system=8)) == []
     assert said(failsafe.acknowledge(answer(0.2, ACCEPTED)))
 
 
 def test_never_asked_again_within_the_interval():
-    failsafe = Failsafe(FailsafePolicy("hold", interval_s=3.0))
-    failsafe.request(0.0, "T3", autopilot())
+    failsafe = Failsafe(interval_s=3.0)
+    failsafe.request(0.0, "T3", "hold", autopilot())
     failsafe.acknowledge(answer(0.1, ACCEPTED))
-    second = failsafe.request(2.9, "T5", autopilot())
+    second = failsafe.request(2.9, "T5", "hold", autopilot())
     assert commands(second) == [] and said(second) == []
     assert recorded(second) == [(Level.UNKNOWN, "T5 failsafe hold: not sent, asked just now")]
-    assert commands(failsafe.request(3.0, "T6", autopilot()))
+    assert commands(failsafe.request(3.0, "T6", "hold", autopilot()))
 
 
-def test_policy_is_checked():
-    with pytest.raises(ValueError, match="surface"):
-        FailsafePolicy("explode")
+def test_each_request_has_its_own_action_and_its_own_name():
+    failsafe = Failsafe(interval_s=0.0)
+    failsafe.request(0.0, "T3", "hold", autopilot())
+    assert said(failsafe.acknowledge(answer(0.1, ACCEPTED))) == ["T3 failsafe hold: accepted"]
+    (sent,) = commands(failsafe.request(1.0, "Speed", "surface", autopilot()))
+    assert sent.parameters[1] == 9.0
+    assert said(failsafe.acknowledge(answer(1.1, ACCEPTED))) == ["Speed failsafe surface: accepted"]
+
+
+@pytest.mark.parametrize("interval_s", [-1.0, float("nan")])
+def test_interval_is_checked(interval_s):
     with pytest.raises(ValueError, match="interval_s"):
-        FailsafePolicy("hold", -1.0)
+        Failsafe(interval_s)

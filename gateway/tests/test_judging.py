@@ -10,9 +10,9 @@ import pytest
 
 from drivers.readings import ThrusterCommand, ThrusterReport
 from gateway import judging
-from gateway.channel import Judgement
+from gateway.channel import ThrusterJudgement
 from gateway.judging import Judging
-from gateway.pipeline import Arrival, Pipeline
+from gateway.pipeline import Arrival, Factories, Pipeline
 from gateway.tests.conftest import FULL_RPM, ThresholdDetector
 
 START_S = 1.7e9
@@ -52,7 +52,7 @@ class Bench:
     def __init__(self, config) -> None:
         self.clock = SteppedClock()
         self.detectors: list[SlowDetector] = []
-        self.pipeline = Pipeline(config, self._make)
+        self.pipeline = Pipeline(config, Factories(thruster=self._make))
         self.recorded: list = []
         self.told: list = []
         self.judging = Judging(self.pipeline, self.clock, self.recorded.extend, self.told.extend)
@@ -74,7 +74,7 @@ class Bench:
         times_s = self.detectors[0].times_s
         steps = [round((later - earlier) / PERIOD_S) for earlier, later in pairwise(times_s)]
         assert set(steps) == {1} and len(times_s) >= self._count - 2
-        told = [outcome.sample.time_s for outcome in self.told if isinstance(outcome, Judgement)]
+        told = [outcome.sample.time_s for outcome in self.told if isinstance(outcome, ThrusterJudgement)]
         assert told == times_s
         assert self.recorded == self.told
 

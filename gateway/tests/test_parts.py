@@ -201,17 +201,17 @@ def test_summary_names_only_what_is_not_normal_the_worst_first(last, line):
     assert line in Summary(levels=last).lines()
 
 
-def learnt() -> dict[int, Learnt]:
+def learnt() -> dict[str, Learnt]:
     detector = ThresholdDetector()
     detector.memory = OrderedDict(curve=np.arange(3.0), generator=np.random.default_rng(1), level=Level.FAULT)
-    return {3: Learnt("sources", "settings", 50.0, detector)}
+    return {"thruster 3": Learnt("sources", "settings", 50.0, detector)}
 
 
 def test_state_comes_back_whole(tmp_path):
     path = tmp_path / "state"
     state.save(path, learnt())
-    back = state.load(path)[3]
-    assert (back.sources, back.rate_hz) == ("sources", 50.0)
+    back = state.load(path)["thruster 3"]
+    assert (back.sources, back.alignment) == ("sources", 50.0)
     assert back.detector.memory["curve"].tolist() == [0.0, 1.0, 2.0]
     assert back.detector.memory["generator"].random() == np.random.default_rng(1).random()
     assert list(tmp_path.iterdir()) == [path]
@@ -225,7 +225,7 @@ def test_real_detector_comes_back_from_disk_and_goes_on_the_same(method):
     samples = [ThrusterSample(n / 50, u, 3000.0 * u + chance.normal(0.0, 5.0)) for n, u in enumerate(commands)]
     for sample in samples[:700]:
         detector.update(sample)
-    back = state.unpack(state.pack({1: Learnt("", "", 50.0, detector)}))[1].detector
+    back = state.unpack(state.pack({"thruster 1": Learnt("", "", 50.0, detector)}))["thruster 1"].detector
     assert [repr(back.update(sample)) for sample in samples[700:]] == [
         repr(detector.update(sample)) for sample in samples[700:]
     ]
@@ -240,7 +240,9 @@ class Evil:
         return subprocess.check_output, (["true"],)
 
 
-@pytest.mark.parametrize("content", [{3: "text"}, [1], {3: Evil()}, {3: pickle.dumps}, {3: np.save}])
+@pytest.mark.parametrize(
+    "content", [{"a": "text"}, [1], {"a": Evil()}, {"a": pickle.dumps}, {"a": np.save}, {3: Learnt("", "", None, 0)}]
+)
 def test_state_with_something_else_inside_is_refused(content):
     with pytest.raises(state.StateError):
         state.unpack(state.pack(content))

@@ -21,10 +21,10 @@ from drivers.readings import (
     ThrusterCommand,
     ThrusterReport,
 )
-from gateway.channel import Judgement
+from gateway.channel import ThrusterJudgement
 from gateway.config import Config
 from gateway.findings import Finding
-from gateway.pipeline import Arrival, Now, Pipeline
+from gateway.pipeline import Arrival, Factories, Now, Pipeline
 from gateway.tests.conftest import FULL_RPM, ThresholdDetector
 from gateway.wiring import can_decoder, mavlink_decoder
 
@@ -58,7 +58,7 @@ def play(pipeline: Pipeline, arrivals: list[tuple[str, list]]) -> list:
 
 
 def pipeline(config: Config) -> Pipeline:
-    return Pipeline(config, ThresholdDetector)
+    return Pipeline(config, Factories(thruster=ThresholdDetector))
 
 
 def findings(outcomes: list) -> list[Finding]:
@@ -76,13 +76,13 @@ def texts(outcomes: list) -> list[str]:
 def test_healthy_thrusters_are_judged_and_nobody_is_bothered(config):
     watched = pipeline(config)
     outcomes = play(watched, drive(12.0))
-    judged = [outcome.thruster for outcome in outcomes if isinstance(outcome, Judgement)]
+    judged = [outcome.thruster for outcome in outcomes if isinstance(outcome, ThrusterJudgement)]
     assert judged.count(1) >= 12 * RATE_HZ - 2 and judged.count(2) >= 12 * RATE_HZ - 4
     assert texts(outcomes) == []
     assert {finding.level for finding in findings(outcomes)} == {Level.NORMAL}
     assert watched.levels()["thruster 2"] is Level.NORMAL
     assert watched.drops() == {}
-    assert watched.newest[2].sample.voltage_v == 16.0
+    assert watched.newest["thruster 2"].sample.voltage_v == 16.0
 
 
 def test_fault_is_told_within_three_samples_of_showing(config):
@@ -183,30 +183,30 @@ def test_what_was_learnt_is_recalled_where_it_fits(config):
     play(old, drive(8.0))
     assert new.recall(old.learnt()) == []
     outcomes = play(new, drive(1.0, start_s=START_S + 1000.0))
-    verdicts = [outcome.verdict.level for outcome in outcomes if isinstance(outcome, Judgement)]
+    verdicts = [outcome.verdict.level for outcome in outcomes if isinstance(outcome, ThrusterJudgement)]
     assert len(verdicts) > RATE_HZ and set(verdicts) == {Level.NORMAL}  # neither rate nor curve is learnt again
 
 
 def test_other_settings_keep_the_commissioned_curve_and_other_sources_nothing(config):
     old = pipeline(config)
     play(old, drive(4.0))
-    old.learnt()[1].detector.commissioned = "curve"
+    old.learnt()["thruster 1"].detector.commissioned = "curve"
     other = pipeline(replace(config, align=config.align.model_copy(update={"gap_s": 0.2})))
     assert other.recall(old.learnt()) == []
-    detector = other.learnt()[1].detector
+    detector = other.learnt()["thruster 1"].detector
     assert (detector.commissioned, detector.samples) == ("curve", 0)
     turned = config.thruster[0].command.model_copy(update={"bidirectional": False})
     rewired = (config.thruster[0].model_copy(update={"command": turned}), config.thruster[1])
-    assert pipeline(replace(config, thruster=rewired)).recall(old.learnt()) == [1]
+    assert pipeline(replace(config, thruster=rewired)).recall(old.learnt()) == ["thruster 1"]
 
 
 def test_accept_reaches_detector_and_supervisor(config):
     watched = pipeline(config)
     play(watched, drive(6.0, fault_s=4.0))
-    assert texts(watched.accept(2, START_S + 6.0)) == ["T2 fault cleared: operator accepted"]
-    assert watched.learnt()[2].detector.accepted == 1
-    with pytest.raises(ValueError, match="want one of 1, 2"):
-        watched.accept(3, START_S)
+    assert texts(watched.accept("thruster 2", START_S + 6.0)) == ["T2 fault cleared: operator accepted"]
+    assert watched.learnt()["thruster 2"].detector.accepted == 1
+    with pytest.raises(ValueError, match="want one of thruster 1, thruster 2"):
+        watched.accept("thruster 3", START_S)
 
 
 def test_silent_rpm_is_found_by_time_alone_and_is_no_fault(config):
@@ -231,7 +231,7 @@ def test_readings_of_another_source_than_the_configured_one_are_counted(config):
     watched.feed("can0", [ThrusterCommand(START_S + 4.0, 2, -1.0)])  # thruster 2 is commanded over MAVLink
     watched.feed("mavlink", [ThrusterReport(START_S + 4.0, 2, 0.0), ThrusterReport(START_S + 4.0, 77, 0.0)])
     assert watched.drops() == {"not the configured source": 3}
-    assert watched.newest[2].sample.speed_rpm > 0.0
+    assert watched.newest["thruster 2"].sample.speed_rpm > 0.0
 
 
 def test_several_autopilots_are_told_until_one_is_left(config):
@@ -323,7 +323,7 @@ def test_damaged_frames_are_counted_and_accuse_nobody(config, seed):
         if frame.time_s > START_S:
             outcomes += watched.feed("mavlink", [ThrusterCommand(frame.time_s, 2, fraction(frame.time_s))])
     assert faults(outcomes) == []
-    assert sum(isinstance(outcome, Judgement) for outcome in outcomes) > 1000
+    assert sum(isinstance(outcome, ThrusterJudgement) for outcome in outcomes) > 1000
     assert sum(decoder.drops.values()) > 500
     assert watched.drops()["command time ran backwards"] > 0
 

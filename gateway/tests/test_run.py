@@ -18,13 +18,15 @@ from threadpoolctl import threadpool_info, threadpool_limits
 from drivers.can.dronecan import EscStatus, encode_esc_status, encode_raw_command
 from drivers.clock import Clock
 from gateway import state
-from gateway.channel import Judgement
+from gateway.channel import ThrusterJudgement
 from gateway.config import Config, parse
 from gateway.findings import Finding
+from gateway.pipeline import Factories
 from gateway.run import run
 from gateway.tests.conftest import FULL_RPM, TWO_THRUSTERS, ThresholdDetector
 
 PERIOD_S = 0.02
+STAND_INS = Factories(thruster=ThresholdDetector)
 
 
 class Vehicle:
@@ -131,9 +133,9 @@ async def test_fault_on_the_bus_arrives_as_statustext_and_failsafe(live_config, 
     stop, outcomes, clock = asyncio.Event(), [], Clock()
     async with vehicle(port) as simulated:
         running = asyncio.create_task(
-            run(live_config, clock=clock, observer=outcomes.append, stop=stop, detector=ThresholdDetector)
+            run(live_config, clock=clock, observer=outcomes.append, stop=stop, factories=STAND_INS)
         )
-        judged = lambda: sum(isinstance(outcome, Judgement) for outcome in outcomes)  # noqa: E731
+        judged = lambda: sum(isinstance(outcome, ThrusterJudgement) for outcome in outcomes)  # noqa: E731
         await until(lambda: judged() > 200)
         assert simulated.texts == []
         simulated.share, start_s = 0.7, clock.now()
@@ -152,7 +154,7 @@ async def test_fault_on_the_bus_arrives_as_statustext_and_failsafe(live_config, 
     lines = [json.loads(line) for line in live_config.files.findings.read_text().splitlines()]
     (fault,) = [line for line in lines if line["level"] == "FAULT"]
     assert (fault["subject"], fault["text"], fault["severity"]) == ("thruster 2", simulated.texts[0][1], "CRITICAL")
-    assert sorted(state.load(live_config.files.state)) == [1, 2]
+    assert sorted(state.load(live_config.files.state)) == ["thruster 1", "thruster 2"]
     assert any("autopilot ArduSub, system 1" in record.message for record in caplog.records)
     messages = [record.message for record in caplog.records]
     assert any(message.startswith("FAULT: T2 entangled?") for message in messages)
@@ -161,11 +163,11 @@ async def test_fault_on_the_bus_arrives_as_statustext_and_failsafe(live_config, 
 
 
 async def test_next_run_knows_what_the_last_one_learnt(live_config, port):
-    async def one_run(samples: int) -> list[Judgement]:
+    async def one_run(samples: int) -> list[ThrusterJudgement]:
         stop, judgements = asyncio.Event(), []
-        observe = lambda outcome: judgements.append(outcome) if isinstance(outcome, Judgement) else None  # noqa: E731
+        observe = lambda outcome: judgements.append(outcome) if isinstance(outcome, ThrusterJudgement) else None  # noqa: E731
         async with vehicle(port):
-            running = asyncio.create_task(run(live_config, observer=observe, stop=stop, detector=ThresholdDetector))
+            running = asyncio.create_task(run(live_config, observer=observe, stop=stop, factories=STAND_INS))
             await until(lambda: len(judgements) > samples)
             stop.set()
             await running
@@ -181,18 +183,18 @@ async def test_corrupt_state_is_set_aside_and_not_fatal(live_config, caplog):
     live_config.files.state.write_bytes(b"garbage")
     stop = asyncio.Event()
     stop.set()
-    summary = await run(live_config, stop=stop, detector=ThresholdDetector)
+    summary = await run(live_config, stop=stop, factories=STAND_INS)
     assert summary.duration_s < 5.0
-    assert (live_config.files.state.parent / "thrusters.state.aside").read_bytes() == b"garbage"
-    assert any("kept as thrusters.state.aside" in record.message for record in caplog.records)
-    assert sorted(state.load(live_config.files.state)) == [1, 2]
+    assert (live_config.files.state.parent / "vehicle.state.aside").read_bytes() == b"garbage"
+    assert any("kept as vehicle.state.aside" in record.message for record in caplog.records)
+    assert sorted(state.load(live_config.files.state)) == ["thruster 1", "thruster 2"]
 
 
 async def test_state_that_cannot_be_saved_is_told_once_and_not_fatal(live_config, tmp_path, caplog):
     elsewhere = replace(live_config, files=live_config.files.model_copy(update={"state": tmp_path / "no" / "state"}))
     stop = asyncio.Event()
     stop.set()
-    await run(elsewhere, stop=stop, detector=ThresholdDetector)
+    await run(elsewhere, stop=stop, factories=STAND_INS)
     assert sum("cannot be saved" in record.message for record in caplog.records) == 1
 
 
@@ -201,7 +203,7 @@ async def test_full_disk_does_not_end_the_watch(live_config, port, caplog):
     stop, found = asyncio.Event(), []
     observe = lambda outcome: found.append(outcome) if isinstance(outcome, Finding) else None  # noqa: E731
     async with vehicle(port):
-        running = asyncio.create_task(run(full, observer=observe, stop=stop, detector=ThresholdDetector))
+        running = asyncio.create_task(run(full, observer=observe, stop=stop, factories=STAND_INS))
         await until(lambda: len(found) >= 2)
         stop.set()
         summary = await running
@@ -213,7 +215,7 @@ async def test_operator_accepts(live_config, port):
     stop, accept, outcomes = asyncio.Event(), asyncio.Event(), []
     async with vehicle(port) as simulated:
         running = asyncio.create_task(
-            run(live_config, observer=outcomes.append, stop=stop, accept=accept, detector=ThresholdDetector)
+            run(live_config, observer=outcomes.append, stop=stop, accept=accept, factories=STAND_INS)
         )
         await until(lambda: len(outcomes) > 200)
         simulated.share = 0.7
@@ -227,7 +229,7 @@ async def test_operator_accepts(live_config, port):
 async def test_summary_names_what_was_dropped(live_config, port):
     stop = asyncio.Event()
     async with vehicle(port) as simulated:
-        running = asyncio.create_task(run(live_config, stop=stop, detector=ThresholdDetector))
+        running = asyncio.create_task(run(live_config, stop=stop, factories=STAND_INS))
         await until(lambda: len(simulated.states) > 1)
         garbage = can.Message(arbitration_id=0x10040A16, data=bytes([1, 2, 3, 0xE0]), is_extended_id=True)
         simulated.bus.send(garbage)
@@ -241,7 +243,7 @@ async def test_summary_names_what_was_dropped(live_config, port):
 async def test_no_task_is_left_behind(live_config):
     before = asyncio.all_tasks()
     stop = asyncio.Event()
-    running = asyncio.create_task(run(live_config, stop=stop, detector=ThresholdDetector))
+    running = asyncio.create_task(run(live_config, stop=stop, factories=STAND_INS))
     await asyncio.sleep(0.3)
     names = {task.get_name() for task in asyncio.all_tasks() - before - {running}}
     assert {"link can0", "link mavlink", "pipeline", "ticker", "state saver", "operator"} <= names
@@ -256,7 +258,7 @@ async def test_blas_has_one_thread_while_it_runs_and_its_own_number_after(live_c
 
     before, stop = threads(), asyncio.Event()
     with threadpool_limits(limits=2, user_api="blas"):
-        running = asyncio.create_task(run(live_config, stop=stop, detector=ThresholdDetector))
+        running = asyncio.create_task(run(live_config, stop=stop, factories=STAND_INS))
         await asyncio.sleep(0.1)
         assert set(threads()) == {1}
         stop.set()

@@ -11,7 +11,6 @@ from detectors.verdict import Level
 from drivers.mavlink.messages import CompanionHeartbeat, StatusText
 from drivers.readings import AutopilotHeartbeat
 from gateway.debounce import Debounce, DebounceTimes, Event
-from gateway.failsafe import FailsafePolicy
 from gateway.findings import Finding
 from gateway.severity import Severity
 from gateway.supervisor import TABLE, Observation, Policy, Say, Supervisor, diagram
@@ -20,7 +19,7 @@ AT_ONCE = DebounceTimes(0.0, 0.0, 0.0)
 
 
 def supervisor(times: DebounceTimes = AT_ONCE, **settings: object) -> Supervisor:
-    return Supervisor({"thruster": Policy(times, cleared_by_disarm=True)}, FailsafePolicy(), **settings)
+    return Supervisor({"thruster": Policy(times, cleared_by_disarm=True)}, **settings)
 
 
 def seen(time_s: float, level: Level, subject: str = "thruster 3") -> Observation:
@@ -170,6 +169,11 @@ def test_every_text_is_a_valid_statustext(label, trouble, details):
         observation = Observation(0.0, "link", "x", label, level, math.nan, trouble, tuple(details))
         StatusText(Severity.WARNING, observation.text())
         StatusText(Severity.WARNING, observation.over_text())
+
+
+def test_policy_with_an_unknown_action_is_the_callers_mistake():
+    with pytest.raises(ValueError, match="surface"):
+        Policy(AT_ONCE, failsafe="explode")
 
 
 def test_diagram_shows_every_way_in_and_out_of_a_fault():

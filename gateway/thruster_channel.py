@@ -1,0 +1,153 @@
+"""A thruster's way through the pipeline: commands and reports, evenly spaced samples, verdicts."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from functools import partial
+from math import nan
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from detectors.thruster import ThrusterConfig, ThrusterSample, ThrusterVerdict
+from detectors.thruster.wear import CommissionedCurve
+from drivers.readings import Reading, ThrusterCommand, ThrusterReport
+from gateway.align import ThrusterAligner
+from gateway.channel import Channel, Learnt, Source, ThrusterJudgement
+from gateway.config import Config
+from gateway.config_sections import Thruster
+from gateway.silence import Watched
+
+
+class Verdicts(Protocol):
+    """Verdicts of a block of samples."""
+
+    def row(self, index: int) -> ThrusterVerdict:
+        """One of them."""
+        ...
+
+
+class Detector(Protocol):
+    """What the pipeline needs of a thruster detector."""
+
+    @property
+    def commissioned(self) -> CommissionedCurve | None:
+        """The curve that wear is measured against."""
+        ...
+
+    def update(self, sample: ThrusterSample) -> ThrusterVerdict:
+        """Judges one sample."""
+        ...
+
+    def run(
+        self,
+        time_s: ArrayLike,
+        command: ArrayLike,
+        speed_rpm: ArrayLike,
+        voltage_v: ArrayLike | None = None,
+        current_a: ArrayLike | None = None,
+    ) -> Verdicts:
+        """Judges (N,) samples, NaN where not measured: equal to `update` on each, and much faster."""
+        ...
+
+    def accept(self) -> None:
+        """Makes today's curve the commissioned one."""
+        ...
+
+
+ThrusterFactory = Callable[[ThrusterConfig, CommissionedCurve | None], Detector]
+
+
+class ThrusterChannel(Channel[ThrusterSample]):
+    """See `Channel`.
+
+    Args:
+        thruster: which one.
+        config: settings of alignment and detector.
+        make: makes the detector.
+    """
+
+    def __init__(self, thruster: Thruster, config: Config, make: ThrusterFactory) -> None:
+        align, number = config.align, thruster.number
+        super().__init__(f"thruster {number}", _sources(thruster), _signals(thruster, config.supervisor.silent_s))
+        self._number = number
+        self._command_signal, self._rpm_signal = (signal.subject for signal in self.signals)
+        self._aligner = ThrusterAligner(align.sample_rate_hz, align.gap_s, align.stale_s)
+        # by its own seed each thruster learns at its own time: eight at once would hold up the judging
+        settings = replace(config.detector.thruster, seed=config.detector.thruster.seed + number)
+        self._detector = make(settings, None)
+        self._remake = partial(make, settings)
+        self._meaning = thruster.model_dump_json(exclude={"name", "ahead", "right"})
+        self._settings = f"{config.detector.thruster!r} {align.model_dump_json()}"
+
+    def accept(self) -> None:
+        """The present curve is the commissioned one from now on."""
+        self._detector.accept()
+
+    def drops(self) -> Counter[str]:
+        """What alignment refused, by cause."""
+        return self._aligner.drops
+
+    def learnt(self) -> Learnt:
+        """Sample rate and detector."""
+        return Learnt(self._meaning, self._settings, self._aligner.rate_hz, self._detector)
+
+    def recall(self, old: Learnt) -> bool:
+        """Other settings leave only the commissioned curve of what was learnt, other sources nothing."""
+        if old.sources != self._meaning:
+            return False
+        if old.settings == self._settings:
+            self._aligner.rate_hz, self._detector = old.alignment, old.detector
+        else:
+            self._detector = self._remake(old.detector.commissioned)
+        return True
+
+    def _align(self, reading: Reading) -> tuple[Sequence[ThrusterSample], str | None]:
+        match reading:
+            case ThrusterCommand():
+                self._aligner.command(reading.time_s, reading.fraction)
+                return (), self._command_signal
+            case ThrusterReport():
+                samples = self._aligner.report(
+                    reading.time_s, reading.speed_rpm, reading.voltage_v, reading.current_a
+                )
+                return samples, None if reading.speed_rpm is None else self._rpm_signal
+        return (), None
+
+    def _judge(self, samples: Sequence[ThrusterSample]) -> Iterator[ThrusterJudgement]:
+        for sample, verdict in zip(samples, verdicts(self._detector, samples), strict=True):
+            yield ThrusterJudgement(self._number, sample, verdict)
+
+
+def verdicts(detector: Detector, samples: Sequence[ThrusterSample]) -> list[ThrusterVerdict]:
+    """What a detector says of successive samples, in the way that costs least."""
+    if len(samples) < 2:
+        return [detector.update(sample) for sample in samples]
+    rows = [
+        (one.time_s, one.command, one.speed_rpm, _measured(one.voltage_v), _measured(one.current_a))
+        for one in samples
+    ]
+    block = detector.run(*np.array(rows).T)
+    return [block.row(index) for index in range(len(samples))]
+
+
+def _measured(value: float | None) -> float:
+    return nan if value is None else value
+
+
+def _sources(thruster: Thruster) -> tuple[Source, Source]:
+    return (
+        Source(thruster.command.link, ThrusterCommand, thruster.number),
+        Source(thruster.rpm.link, ThrusterReport, thruster.number),
+    )
+
+
+def _signals(thruster: Thruster, silent_s: float) -> tuple[Watched, Watched]:
+    number, command, rpm = thruster.number, thruster.command.link, thruster.rpm.link
+    return (
+        Watched("signal", f"thruster {number} command", f"T{number} command", command, silent_s, armed_only=True),
+        Watched("signal", f"thruster {number} rpm", f"T{number} RPM", rpm, silent_s),
+    )
