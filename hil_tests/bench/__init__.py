@@ -1,4 +1,4 @@
-"""`gateway bench`: the thruster detector beside its peers on random runs, and our code's speed beside theirs."""
+"""`gateway bench`: our detectors beside their peers and their papers' figures, and our code's time beside theirs."""
 
 from hil_tests.bench.command import bench
 

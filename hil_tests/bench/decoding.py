@@ -23,7 +23,7 @@ from drivers.can.frame import CanFrame
 from drivers.command import CommandScale
 from drivers.mavlink.codec import MavlinkDecoder, MavlinkThruster
 from drivers.readings import Attitude, Reading, ThrusterCommand, ThrusterReport
-from hil_tests.bench.speed import Comparison
+from hil_tests.bench.timing import Comparison
 
 Bits = tuple[int, bytes]  # identifier and data of a frame
 MESSAGES = 1500

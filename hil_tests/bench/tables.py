@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from rich.table import Table
 
-from hil_tests.bench.detection import Score
-from hil_tests.bench.speed import Timing
+from hil_tests.bench.thruster_detection import Score
+from hil_tests.bench.timing import Timing
 from hil_tests.random_runs import Style
 
 HEADINGS = (
@@ -23,7 +23,9 @@ HEADINGS = (
 def detection_table(scores: Sequence[Score], style: Style) -> Table:
     """One line for each contender."""
     runs = scores[0].runs
-    table = Table(title=f"Detection, in numbers of {style} random runs: {runs} healthy, {runs} with each loss")
+    table = Table(
+        title=f"Thruster detection, in numbers of {style} random runs: {runs} healthy, {runs} with each loss"
+    )
     table.add_column("detector", no_wrap=True)
     for heading in HEADINGS:
         table.add_column(heading, justify="right")
@@ -39,9 +41,9 @@ def _cells(score: Score) -> list[str]:
     return [score.contender, *map(str, counts), median, str(score.found_3), seconds]
 
 
-def speed_table(timings: Sequence[Timing]) -> Table:
+def timing_table(timings: Sequence[Timing]) -> Table:
     """One line for each comparison; a ratio above 1 means that ours takes less time."""
-    table = Table(title="Speed beside the peers, in turns in this run")
+    table = Table(title="Times beside the peers, in turns in this run")
     table.add_column("work")
     table.add_column("peer")
     for heading in ("ours, us", "peer, us", "peer\n/ ours"):

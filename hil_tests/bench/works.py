@@ -1,15 +1,22 @@
-"""What other processes are asked to do, by name or number: closures do not travel."""
+"""`gateway bench timing`: the time that our code takes beside a peer's for the same work."""
 
 from __future__ import annotations
 
+import click
+from rich.console import Console
+
 from hil_tests.bench.decoding import dbc_status, esc_status, mavlink_stream, raw_command
-from hil_tests.bench.speed import Timing, measure, refit, whole_run
-from hil_tests.paper_experiments import Run, run
-from hil_tests.paper_trials import TRIALS
+from hil_tests.bench.figures import console_beside, shared_options, write
+from hil_tests.bench.processes import processes, results
+from hil_tests.bench.speed_timing import speed_watch
+from hil_tests.bench.tables import timing_table
+from hil_tests.bench.thruster_timing import refit, whole_run
+from hil_tests.bench.timing import Timing, measure
 
 WORKS = {
     "refit": refit,
     "whole run": whole_run,
+    "speed watch": speed_watch,
     "esc.Status": esc_status,
     "esc.RawCommand": raw_command,
     "DBC": dbc_status,
@@ -17,11 +24,21 @@ WORKS = {
 }
 
 
+def time_works(console: Console) -> list[Timing]:
+    """Measures, and prints the table."""
+    with processes(1) as pool:  # alone: nothing else shall slow down one side of a ratio
+        timings = results([pool.submit(time_work, work) for work in WORKS], "timing")
+    console.print(timing_table(timings))
+    return timings
+
+
 def time_work(name: str) -> Timing:
-    """Build and measure one of `WORKS`."""
+    """Build and measure one of `WORKS`, named, for closures do not travel to other processes."""
     return measure(WORKS[name]())
 
 
-def paper_run(number: int, seed: int) -> Run:
-    """One of the paper's experiments (0, 1, 2), simulated with this seed, under its online and its fixed model."""
-    return run(TRIALS[number](seed), seed=seed)
+@click.command()
+@shared_options
+def timing(*, jobs: int, json_file: str | None) -> None:
+    """Compare the time of our code with that of others for the same work; always in one process."""
+    write({"timing": time_works(console_beside(json_file))}, json_file)

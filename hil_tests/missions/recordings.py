@@ -1,9 +1,9 @@
 """Recorded ways of real hulls, with a current added and a loss of speed imposed.
 
 Both recordings are healthy and say how the hull moved over ground. Here that counts as its motion through the water:
-exact for the ship model, which sailed by itself in still water; for the AUV the real current, a few decimetres per second
-at most, is part of what is called its speed here. A current is added to it by integrating both; a loss scales the
-motion through the water from its onset on.
+exact for the ship model, which sailed by itself in still water; for the AUV the real current, a few decimetres per
+second at most, is part of what is called its speed here. A current is added to it by integrating both; a loss scales
+the motion through the water from its onset on.
 """
 
 from __future__ import annotations

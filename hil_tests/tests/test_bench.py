@@ -10,10 +10,10 @@ import pytest
 from click.testing import CliRunner
 from rich.console import Console
 
-from hil_tests.bench import bench, command, peers
-from hil_tests.bench.detection import CONTENDERS, Contender, Finding, judge, score
+from hil_tests.bench import bench, command, peers, thruster, works
 from hil_tests.bench.residual import CALIBRATION, scaled_residual
-from hil_tests.bench.speed import Comparison, DisagreementError, measure
+from hil_tests.bench.thruster_detection import CONTENDERS, Contender, Finding, judge, score
+from hil_tests.bench.timing import Comparison, DisagreementError, measure
 from hil_tests.bench.works import WORKS
 from hil_tests.random_runs import random_run
 
@@ -72,24 +72,54 @@ def test_times_of_different_results_are_not_compared():
 def test_missing_peers_are_named_with_the_way_to_get_them(monkeypatch):
     monkeypatch.setitem(CONTENDERS, "ADWIN", Contender("ADWIN", peers.adwin, "no_such_package"))
     console = Console(record=True, width=200)
-    assert command._available(["thruster detector", "ADWIN"], console) == ["thruster detector"]
+    assert thruster.available(["thruster detector", "ADWIN"], console) == ["thruster detector"]
     said = console.export_text()
     assert "ADWIN" in said
     assert "pip install 'thruster-gateway[bench]'" in said
 
 
-def test_the_command_prints_tables_and_writes_the_figures(tmp_path, monkeypatch):
-    monkeypatch.setattr(command, "WORKS", {"DBC": WORKS["DBC"]})  # all are met above; together they take a while
+def test_the_thruster_part_prints_tables_and_writes_the_figures(tmp_path):
     chosen = ["thruster detector", "fixed model", "PageHinkley"]
     only = [word for name in chosen for word in ("--only", name)]
-    result = CliRunner().invoke(
-        bench, ["--runs", "1", "--jobs", "1", *only, "--paper", "0", "--json", str(tmp_path / "figures.json")]
-    )
-    assert result.exit_code == 0, result.output
+    figures = measured(["thruster", "--runs", "1", "--jobs", "1", *only, "--paper", "0"], chosen[0], tmp_path)[
+        "thruster"
+    ]
     expected = chosen if find_spec("river") else chosen[:2]
-    figures = json.loads((tmp_path / "figures.json").read_text(), parse_constant=pytest.fail)
+    assert figures["options"]["runs"] == 1
     assert [line["contender"] for line in figures["detection"]] == expected
     assert [finding["loss"] for finding in figures["findings"]] == [0.0, 0.07, 0.03] * len(expected)
-    assert [line["work"] for line in figures["speed"]] == [WORKS["DBC"]().work]
-    assert figures["speed"][0]["ratio"] > 0.0
-    assert "thruster detector" in result.output
+
+
+def test_the_timing_part_compares_every_work(tmp_path, monkeypatch):
+    monkeypatch.setattr(works, "WORKS", {"DBC": WORKS["DBC"]})  # all are met above; together they take a while
+    lines = measured(["timing"], "Times beside the peers", tmp_path)["timing"]
+    assert [line["work"] for line in lines] == [WORKS["DBC"]().work]
+    assert lines[0]["ratio"] > 0.0
+
+
+def test_without_a_part_all_are_measured_and_written(tmp_path, monkeypatch):
+    told = []
+
+    def part(name):
+        return lambda jobs, console: told.append((name, jobs)) or {"figure": float("nan")}
+
+    monkeypatch.setattr(command, "PARTS", {name: part(name) for name in command.PARTS})
+    figures = measured(["--jobs", "3"], "", tmp_path)
+    assert told == [("thruster", 3), ("speed", 3), ("timing", 3)]
+    assert figures["speed"] == {"figure": None}
+    assert figures["packages"]["numpy"] == np.__version__
+
+
+def test_options_of_a_part_before_its_name_are_refused_rather_than_ignored():
+    result = CliRunner().invoke(bench, ["--jobs", "2", "timing"])
+    assert result.exit_code == 2
+    assert "gateway bench timing ..." in result.output
+
+
+def measured(arguments, said, folder):
+    """The figures that the command writes, after it has printed what was to be said."""
+    file = folder / "figures.json"
+    result = CliRunner().invoke(bench, [*arguments, "--json", str(file)])
+    assert result.exit_code == 0, result.output
+    assert said in result.output
+    return json.loads(file.read_text(), parse_constant=pytest.fail)

@@ -1,0 +1,223 @@
+"""The speed detector on ways of which the truth is known: false alarms, losses found, errors of speed and flow."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from math import inf
+from time import perf_counter
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from detectors.speed import PoseSample, SpeedConfig, SpeedDetector, SpeedVerdict
+from detectors.speed.basis import FlowBasis
+from detectors.speed.config import EstimatorName
+from detectors.verdict import Level
+from hil_tests.missions import Passage
+
+FloatArray = NDArray[np.float64]
+
+LEARNT_S = 120.0  # errors count from here on
+TURN_WITHIN_S, TURN_DEG = 30.0, 30.0  # a vehicle that turns by so much so soon after the onset excites the estimator
+CENTRES = 3  # of the published method's basis, to each side of the area
+
+
+class Watch(Protocol):
+    """What is measured: judges samples one by one."""
+
+    def update(self, sample: PoseSample) -> SpeedVerdict: ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Finding:
+    """What one estimator made of one way.
+
+    Attributes:
+        estimator: its name.
+        group: "missions", "10 Hz, 0.1 m" or a set of recordings.
+        kind, water: pattern of the course or recording; kind of water.
+        seed, loss, noise_m, rate_hz: of the way.
+        turns: whether the vehicle turns soon after the onset.
+        healthy_s: time before the onset, or all of a healthy way.
+        alarms: how often a FAULT began in that time.
+        delay_s: from the onset to the first FAULT that began after it; None for none.
+        unknown: share of UNKNOWN after the learning, while healthy.
+        speed_mps: mean true speed through the water while healthy, to compare the errors with.
+        speed_error_mps, flow_error_mps: RMS after the learning, while healthy; NaN where there was no estimate.
+        updates, seconds: samples, and the time that they took.
+    """
+
+    estimator: str
+    group: str
+    kind: str
+    water: str
+    seed: int
+    loss: float
+    noise_m: float
+    rate_hz: float
+    turns: bool
+    healthy_s: float
+    alarms: int
+    delay_s: float | None
+    unknown: float
+    speed_mps: float
+    speed_error_mps: float
+    flow_error_mps: float
+    updates: int
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """Findings, summed up.
+
+    Attributes:
+        name: of the estimator, or of a kind of ways.
+        healthy, alarmed: healthy ways, and those of them with a FAULT.
+        alarms_per_hour: FAULTs that began while nothing was wrong, before onsets as well.
+        lost: ways with a loss. early: those with an earlier FAULT. found: those with one after it and none before.
+        median_s, late_s: median and 90 % quantile of the time to find; ways where it was not found take for ever, and
+            then it is None.
+        speed_error_mps, flow_error_mps: median over the ways, of the RMS errors.
+        speed_error, flow_error: likewise, relative to the vehicle's speed.
+        unknown: mean share of UNKNOWN.
+        update_us: mean time of an update.
+    """
+
+    name: str
+    healthy: int
+    alarmed: int
+    alarms_per_hour: float
+    lost: int
+    early: int
+    found: int
+    median_s: float | None
+    late_s: float | None
+    speed_error_mps: float
+    flow_error_mps: float
+    speed_error: float
+    flow_error: float
+    unknown: float
+    update_us: float
+
+
+def detector_for(estimator: EstimatorName, way: Passage) -> SpeedDetector:
+    """A detector that knows what is known beforehand: the normal speed; the published one also the area."""
+    basis = area_basis(way.true_position_m) if estimator == "published" else None
+    return SpeedDetector(
+        SpeedConfig(
+            speed_min_mps=way.speed_min_mps, speed_max_mps=way.speed_max_mps, estimator=estimator, basis=basis
+        )
+    )
+
+
+def area_basis(position_m: FloatArray) -> FlowBasis:
+    """Steady functions on a grid over the area, as in the simulation of paper 002."""
+    low_m, high_m = position_m.min(axis=0), position_m.max(axis=0)
+    rows = [np.linspace(low, high, CENTRES).tolist() for low, high in zip(low_m, high_m, strict=True)]
+    width_m = max(float((high_m - low_m).max()) / (CENTRES - 1), 1.0)
+    centres_m = tuple((north, east) for north in rows[0] for east in rows[1])
+    return FlowBasis(centres_m, (width_m,) * len(centres_m))
+
+
+def samples(way: Passage) -> list[PoseSample]:
+    """What a detector sees of a way."""
+    columns = (way.time_s, way.north_m, way.east_m, way.heading_rad, way.down_m, way.pitch_rad)
+    return list(map(PoseSample, *(column.tolist() for column in columns)))
+
+
+def judge(way: Passage, watch: Watch, *, estimator: str, group: str, water: str, seed: int) -> Finding:
+    """What a detector, new, makes of a way."""
+    seen = samples(way)
+    begin = perf_counter()
+    verdicts = [watch.update(sample) for sample in seen]
+    seconds = perf_counter() - begin
+    healthy = ~(way.time_s >= way.onset_s)  # NaN: all
+    fault = np.array([verdict.level == Level.FAULT for verdict in verdicts])
+    begun = fault & ~np.append(False, fault[:-1])
+    found_s = way.time_s[begun & ~healthy]
+    judged = healthy & (way.time_s >= LEARNT_S)
+    speed_error_mps, flow_error_mps = _errors(way, verdicts, judged)
+    unknown = np.array([verdict.level == Level.UNKNOWN for verdict in verdicts])
+    return Finding(
+        estimator=estimator,
+        group=group,
+        kind=way.kind,
+        water=water,
+        seed=seed,
+        loss=way.loss,
+        noise_m=way.noise_m,
+        rate_hz=way.rate_hz,
+        turns=turns_after_onset(way),
+        healthy_s=float(np.ptp(way.time_s[healthy])),
+        alarms=int(np.count_nonzero(begun & healthy)),
+        delay_s=float(found_s[0] - way.onset_s) if len(found_s) else None,
+        unknown=float(unknown[judged].mean()),
+        speed_mps=float(way.true_speed_mps[healthy].mean()),
+        speed_error_mps=speed_error_mps,
+        flow_error_mps=flow_error_mps,
+        updates=len(seen),
+        seconds=seconds,
+    )
+
+
+def turns_after_onset(way: Passage) -> bool:
+    """Whether the vehicle turns by enough, soon enough, to tell its speed from the flow; of healthy ways: False."""
+    soon = (way.time_s >= way.onset_s) & (way.time_s <= way.onset_s + TURN_WITHIN_S)
+    return bool(soon.any()) and float(np.degrees(np.ptp(way.true_heading_rad[soon]))) >= TURN_DEG
+
+
+def score(name: str, findings: Iterable[Finding]) -> Score:
+    """Sum the findings up."""
+    every = list(findings)
+    healthy, lost = ([one for one in every if bool(one.loss) is sick] for sick in (False, True))
+    hours = sum(one.healthy_s for one in every) / 3600.0
+    delays_s = [inf if one.alarms or one.delay_s is None else one.delay_s for one in lost]
+    return Score(
+        name=name,
+        healthy=len(healthy),
+        alarmed=sum(one.alarms > 0 for one in healthy),
+        alarms_per_hour=sum(one.alarms for one in every) / hours,
+        lost=len(lost),
+        early=sum(one.alarms > 0 for one in lost),
+        found=int(np.isfinite(delays_s).sum()),
+        median_s=_quantile(delays_s, 0.5),
+        late_s=_quantile(delays_s, 0.9),
+        speed_error_mps=_median(every, lambda one: one.speed_error_mps),
+        flow_error_mps=_median(every, lambda one: one.flow_error_mps),
+        speed_error=_median(every, lambda one: one.speed_error_mps / one.speed_mps),
+        flow_error=_median(every, lambda one: one.flow_error_mps / one.speed_mps),
+        unknown=float(np.mean([one.unknown for one in every])),
+        update_us=1e6 * sum(one.seconds for one in every) / sum(one.updates for one in every),
+    )
+
+
+def _errors(way: Passage, verdicts: Sequence[SpeedVerdict], judged: NDArray[np.bool_]) -> tuple[float, float]:
+    """RMS of speed and flow, where there is an estimate."""
+    speed_mps = np.array([verdict.speed_mps for verdict in verdicts])
+    flow_mps = np.array([verdict.flow_mps[:2] for verdict in verdicts])
+    unbounded = np.isinf([verdict.speed_error_mps for verdict in verdicts])
+    known = judged & np.isfinite(speed_mps) & np.isfinite(flow_mps).all(axis=1) & ~unbounded
+    if not known.any():
+        return float("nan"), float("nan")
+    speed_off, flow_off = speed_mps - way.true_speed_mps, np.hypot(*(flow_mps - way.true_flow_mps).T)
+    return _rms(speed_off[known]), _rms(flow_off[known])
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _median(findings: Sequence[Finding], value: Callable[[Finding], float]) -> float:
+    known = [value(one) for one in findings if np.isfinite(value(one))]
+    return float(np.median(known)) if known else float("nan")
+
+
+def _quantile(values: Sequence[float], share: float) -> float | None:
+    """The least value that this share of them does not exceed; None for infinite or none."""
+    if not values:
+        return None
+    quantile = float(np.quantile(values, share, method="inverted_cdf"))
+    return quantile if np.isfinite(quantile) else None
