@@ -8,14 +8,14 @@ rings at 1 s and diverges from 2 / gain on.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import ceil, cos, cosh, exp, isfinite, nan, sin, sinh, sqrt
+from math import ceil, exp, isfinite, nan, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
 from detectors.speed.estimate import Estimate, Step
 from detectors.speed.learnt_flow import LearntFlow
+from detectors.speed.oscillator import Gains
 
 FloatArray = NDArray[np.float64]
 
@@ -23,7 +23,6 @@ WAY_WIDTHS = 0.25  # longest piece of a step, in widths of the basis
 TURN_RAD = 0.1  # and in phase of its fastest tide
 SHARE_OF_RISE = 0.25  # and, where the speed is limited, in time constants of the law: it is linear on each side only
 PIECES_MAX = 64
-_STIFFNESS_MIN = 1e-6  # of gain squared; less cannot be told from none, and is divided by
 
 
 class AdaptiveEstimator:
@@ -39,9 +38,11 @@ class AdaptiveEstimator:
         gain: K of equation 9, times the identity, 1/s.
         speed_mps: V_L at the start.
         speed_limit_mps: u_0; None: no limit.
+        speed_noise_max_mps: the same law runs slower where noisy positions, as far as their noise is known, would
+            make the learnt speed err by more than this (standard deviation); None: never.
 
     Raises:
-        ValueError: learning rate, gain or limit not above 0, or the speed not finite.
+        ValueError: learning rate, gain or one of the last two not above 0, or the speed not finite.
     """
 
     def __init__(
@@ -52,15 +53,16 @@ class AdaptiveEstimator:
         gain: float = 1.0,
         speed_mps: float = 0.0,
         speed_limit_mps: float | None = None,
+        speed_noise_max_mps: float | None = None,
     ) -> None:
-        limits = {} if speed_limit_mps is None else {"speed_limit_mps": speed_limit_mps}
-        for name, value in {"learning_rate": learning_rate, "gain": gain, **limits}.items():
-            if not (isfinite(value) and value > 0.0):
-                raise ValueError(f"{name} = {value}: want above 0")
+        for name, value in (("speed_limit_mps", speed_limit_mps), ("speed_noise_max_mps", speed_noise_max_mps)):
+            if value is not None and not (isfinite(value) and value > 0.0):
+                raise ValueError(f"{name} = {value}: want above 0, or None")
         if not isfinite(speed_mps):
             raise ValueError(f"speed_mps = {speed_mps}: want a finite number")
         self._flow = flow
-        self._learning_rate, self._gain, self._limit_mps = learning_rate, gain, speed_limit_mps
+        self._gains = self._configured = Gains(learning_rate, gain)
+        self._limit_mps, self._noise_max_mps = speed_limit_mps, speed_noise_max_mps
         self._speed_mps = speed_mps
         self._error = np.zeros(flow.dimensions)  # epsilon (26); e itself where there is no limit
         self._error_by_limit = np.zeros(flow.dimensions)  # e_delta (25)
@@ -99,10 +101,11 @@ class AdaptiveEstimator:
         """As `Estimator.update`. The speed's error is NaN: the law has none."""
         velocity = (step.position_m - self._position_m) / step.interval_s
         ahead = step.ahead_s / step.interval_s
+        self._gains = self._bearable(step)
         pieces = self._pieces(step)
         piece_s = step.interval_s / pieces
-        for before_s in (np.arange(pieces) * piece_s).tolist():
-            middle_s = before_s + 0.5 * piece_s
+        for number in range(pieces):
+            middle_s = (number + 0.5) * piece_s
             place = self._position_m + velocity * middle_s
             self._advance(piece_s, place, step.time_s - step.interval_s + middle_s, velocity, ahead)
         self._position_m = step.position_m
@@ -114,6 +117,14 @@ class AdaptiveEstimator:
         """(3)"""
         return self._speed_mps if self._limit_mps is None else min(self._speed_mps, self._limit_mps)
 
+    def _bearable(self, step: Step) -> Gains:
+        """The gains with which the noise of the positions does not show too much in the speed."""
+        noise_mps = self._configured.speed_noise_mps(step.position_noise_m, step.interval_s)
+        if self._noise_max_mps is None or not noise_mps > self._noise_max_mps:
+            return self._configured
+        # a law that runs slower by a factor passes the noise on by its power of 3/2
+        return self._configured.slowed((self._noise_max_mps / noise_mps) ** (2.0 / 3.0))
+
     def _pieces(self, step: Step) -> int:
         """How many pieces keep basis and limit from changing much within one."""
         way_m = float(np.hypot(*(step.position_m - self._position_m)[:2]))
@@ -121,7 +132,8 @@ class AdaptiveEstimator:
             way_m / (WAY_WIDTHS * self._flow.finest_m), step.interval_s * self._flow.fastest_radps / TURN_RAD
         )
         if self._limit_mps is not None:
-            pieces = max(pieces, step.interval_s * (self._gain + sqrt(self._learning_rate)) / SHARE_OF_RISE)
+            rise_per_s = self._gains.gain + sqrt(self._gains.learning_rate)
+            pieces = max(pieces, step.interval_s * rise_per_s / SHARE_OF_RISE)
         return max(1, ceil(min(pieces, PIECES_MAX)))
 
     def _advance(
@@ -135,13 +147,13 @@ class AdaptiveEstimator:
         reach = float(ahead @ ahead)
         of_flow = float(values @ values)
         of_speed = reach if beyond_before_mps == 0.0 else 0.0  # beyond the limit V_L moves nothing
-        across = self._oscillator(interval_s, of_flow)
-        along = self._oscillator(interval_s, of_flow + of_speed)
+        across = self._gains.oscillator(interval_s, of_flow)
+        along = self._gains.oscillator(interval_s, of_flow + of_speed)
         drive = velocity - foreseen
         onto = np.outer(ahead, ahead) / reach if reach > 0.0 else np.zeros((len(ahead), len(ahead)))
         error_across, amount_across = across.after(self._error - onto @ self._error, drive - onto @ drive)
         error_along, amount_along = along.after(onto @ self._error, onto @ drive)
-        amount = self._learning_rate * (amount_across + amount_along)
+        amount = self._gains.learning_rate * (amount_across + amount_along)
         self._error = error_across + error_along
         self._flow.learn(values, amount)  # (27), and (12)
         self._speed_mps += float(amount @ ahead)  # (28), and (13)
@@ -153,47 +165,5 @@ class AdaptiveEstimator:
 
     def _drift_by_limit(self, interval_s: float, beyond: FloatArray) -> None:
         """(25)"""
-        left = exp(-self._gain * interval_s)
-        self._error_by_limit = left * self._error_by_limit - (1.0 - left) / self._gain * beyond
-
-    def _oscillator(self, interval_s: float, reach: float) -> _Oscillator:
-        stiffness = max(self._learning_rate * reach, _STIFFNESS_MIN * self._gain**2)
-        return _Oscillator.over(interval_s, self._gain, stiffness)
-
-
-@dataclass(frozen=True, slots=True)
-class _Oscillator:
-    """e'' + K e' + k e = 0 over an interval: s(t) is its answer to e = 0, e' = 1.
-
-    Attributes:
-        answer: s.
-        slope: s'.
-        area: integral of s.
-    """
-
-    answer: float
-    slope: float
-    area: float
-
-    @classmethod
-    def over(cls, interval_s: float, damping: float, stiffness: float) -> _Oscillator:
-        half = 0.5 * damping
-        discriminant = half**2 - stiffness
-        rate = sqrt(abs(discriminant))
-        phase = rate * interval_s
-        decay = exp(-half * interval_s)
-        if phase < 1e-6:
-            answer, even = interval_s * decay, decay
-        elif discriminant < 0.0:
-            answer, even = decay * sin(phase) / rate, decay * cos(phase)
-        elif phase < 20.0:
-            answer, even = decay * sinh(phase) / rate, decay * cosh(phase)
-        else:  # sinh and cosh would overflow while their product with the decay does not
-            even = 0.5 * exp(phase - half * interval_s)
-            answer = even / rate
-        slope = even - half * answer
-        return cls(answer, slope, (1.0 - slope - damping * answer) / stiffness)
-
-    def after(self, error: FloatArray, drive: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The error at the end, and its integral over the interval, where e' is `drive` less K e at the start."""
-        return self.slope * error + self.answer * drive, self.answer * error + self.area * drive
+        left = exp(-self._gains.gain * interval_s)
+        self._error_by_limit = left * self._error_by_limit - (1.0 - left) / self._gains.gain * beyond

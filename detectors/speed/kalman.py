@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import isfinite, sqrt
+from math import isfinite
 
 import numpy as np
 from filterpy.kalman import KalmanFilter
@@ -15,11 +15,7 @@ FloatArray = NDArray[np.float64]
 # Standard deviations of what changes by itself in one second, in reference speeds: both wander, the flow more slowly.
 SPEED_WANDERS = 0.05
 FLOW_WANDERS = 0.02
-# A position noise that is to be learnt starts at the way of one second: from too much it comes down fast, from too
-# little it would hardly come up, for the filter then follows the noise and sees none.
-NOISE_START_S = 1.0
-NOISE_MIN_S = 1e-4
-NOISE_MEMORY = 100  # steps
+UNKNOWN_NOISE_S = 1.0  # standard deviation of a position that nobody knows, as the way of so many seconds
 
 
 class KalmanEstimator:
@@ -32,7 +28,7 @@ class KalmanEstimator:
         dimensions: D.
         speed_scale_mps: a usual speed, to which uncertainties at the start and changes are in proportion.
         speed_mps: at the start.
-        position_noise_m: standard deviation of each component of a position; None: learnt from the residuals.
+        position_noise_m: standard deviation of each coordinate of a position; None: as each step says.
 
     Raises:
         ValueError: a scale or noise not above 0, or a speed that is not finite.
@@ -46,43 +42,39 @@ class KalmanEstimator:
         speed_mps: float = 0.0,
         position_noise_m: float | None = None,
     ) -> None:
-        noise_m = NOISE_START_S * speed_scale_mps if position_noise_m is None else position_noise_m
-        for name, value in (("speed_scale_mps", speed_scale_mps), ("position_noise_m", noise_m)):
-            if not (isfinite(value) and value > 0.0):
+        for name, value in (("speed_scale_mps", speed_scale_mps), ("position_noise_m", position_noise_m)):
+            if value is not None and not (isfinite(value) and value > 0.0):
                 raise ValueError(f"{name} = {value}: want above 0")
         if not isfinite(speed_mps):
             raise ValueError(f"speed_mps = {speed_mps}: want a finite number")
-        self._dimensions, self._scale_mps = dimensions, speed_scale_mps
-        self._noise_learnt, self._noise_variance, self._steps = position_noise_m is None, noise_m**2, 0
+        self._dimensions = dimensions
+        wanders = np.array([SPEED_WANDERS, *[FLOW_WANDERS] * dimensions])
+        self._wander_rates = (wanders * speed_scale_mps) ** 2  # variance per second of speed and flow
+        self._known_noise_m = position_noise_m
+        self._noise_m = UNKNOWN_NOISE_S * speed_scale_mps if position_noise_m is None else position_noise_m
         self._filter = KalmanFilter(dim_x=2 * dimensions + 1, dim_z=dimensions)
         self._filter.x[dimensions, 0] = speed_mps
         self._filter.P = np.eye(2 * dimensions + 1) * speed_scale_mps**2
         self._filter.H = np.eye(dimensions, 2 * dimensions + 1)
-
-    @property
-    def position_noise_m(self) -> float:
-        """Standard deviation of each component of a position, as given or as learnt."""
-        return sqrt(self._noise_variance)
 
     def begin(self, position_m: FloatArray, time_s: float) -> None:
         """As `Estimator.begin`."""
         count = self._dimensions
         self._filter.x[:count, 0] = position_m
         self._filter.P[:count], self._filter.P[:, :count] = 0.0, 0.0
-        self._filter.P[:count, :count] = np.eye(count) * self._noise_variance
+        self._filter.P[:count, :count] = np.eye(count) * self._noise_m**2
 
     def idle(self, interval_s: float) -> None:
         """As `Estimator.idle`."""
-        rates = np.full(self._dimensions + 1, (FLOW_WANDERS * self._scale_mps) ** 2)
-        rates[0] = (SPEED_WANDERS * self._scale_mps) ** 2
         learnt = slice(self._dimensions, None)
-        self._filter.P[learnt, learnt] += np.diag(rates * interval_s)
+        self._filter.P[learnt, learnt] += np.diag(self._wander_rates * interval_s)
 
     def rescale(self, factor: float) -> None:
         """As `Estimator.rescale`."""
         self._filter.x[self._dimensions] *= factor
         self._filter.P[self._dimensions] *= factor
         self._filter.P[:, self._dimensions] *= factor
+        self._wander_rates[0] *= factor**2
 
     def update(self, step: Step) -> Estimate:
         """As `Estimator.update`."""
@@ -90,9 +82,9 @@ class KalmanEstimator:
         transition, wandering = self._motion(step)
         self._filter.predict(F=_shaped("F", transition, (size, size)), Q=_shaped("Q", wandering, (size, size)))
         position = _shaped("z", step.position_m.reshape(-1, 1), (count, 1))
-        self._filter.update(position, R=np.eye(count) * self._noise_variance)
-        if self._noise_learnt:
-            self._learn_noise()
+        if self._known_noise_m is None and isfinite(step.position_noise_m):
+            self._noise_m = step.position_noise_m
+        self._filter.update(position, R=np.eye(count) * self._noise_m**2)
         return self._estimate()
 
     def _motion(self, step: Step) -> tuple[FloatArray, FloatArray]:
@@ -101,8 +93,7 @@ class KalmanEstimator:
         by_cause = np.column_stack((step.ahead_s, h * np.eye(count)))  # position by speed and flow
         transition = np.eye(size)
         transition[:count, count:] = by_cause
-        rates = np.full(count + 1, (FLOW_WANDERS * self._scale_mps) ** 2)
-        rates[0] = (SPEED_WANDERS * self._scale_mps) ** 2
+        rates = self._wander_rates
         # random walks of these rates, seen through the mean direction of the step: integrated exactly
         wandering = np.zeros((size, size))
         wandering[:count, :count] = (by_cause * rates) @ by_cause.T * h / 3.0
@@ -110,15 +101,6 @@ class KalmanEstimator:
         wandering[count:, :count] = wandering[:count, count:].T
         wandering[count:, count:] = np.diag(rates * h)
         return transition, wandering
-
-    def _learn_noise(self) -> None:
-        """The noise that the residuals after the update, and what is left uncertain of the position, add up to."""
-        count = self._dimensions
-        self._steps = min(self._steps + 1, NOISE_MEMORY)
-        residual, covariance = self._filter.z - self._filter.x[:count], self._filter.P
-        seen = (float(np.sum(residual**2)) + float(np.trace(covariance[:count, :count]))) / count
-        mean = self._noise_variance + (seen - self._noise_variance) / self._steps
-        self._noise_variance = max(mean, (NOISE_MIN_S * self._scale_mps) ** 2)
 
     def _estimate(self) -> Estimate:
         count = self._dimensions
