@@ -1,7 +1,7 @@
 """What was learnt, on disk: whole or not at all, and read back without trusting it.
 
 A line of JSON (format and SHA-256 of the rest), then a pickle of it. Reading admits the classes of this program,
-plain containers and numpy's arrays and generators, and nothing else that a pickle could call.
+plain containers, filterpy's filter, and numpy's arrays and generators, and nothing else that a pickle could call.
 """
 
 from __future__ import annotations
@@ -19,6 +19,8 @@ from gateway.channel import Learnt
 
 FORMAT = "thruster-gateway state 2"
 OUR_PACKAGES = frozenset({"detectors", "gateway"})
+# a plain object of arrays, and the function by which it inverts them
+KALMAN_FILTER = frozenset({("filterpy.kalman.kalman_filter", "KalmanFilter"), ("numpy.linalg", "inv")})
 PLAIN = frozenset(
     {("collections", name) for name in ("Counter", "OrderedDict", "defaultdict", "deque")}
     | {("builtins", name) for name in ("set", "frozenset", "bytearray", "complex", "range", "slice")}
@@ -120,7 +122,7 @@ class _Unpickler(pickle.Unpickler):
             found = super().find_class(module, name)
             if isinstance(found, type) and found.__module__.startswith(f"{package}."):
                 return found
-        elif (module, name) in PLAIN or (package == "numpy" and name in NUMPY):
+        elif (module, name) in PLAIN | KALMAN_FILTER or (package == "numpy" and name in NUMPY):
             return super().find_class(module, name)
         elif (module, name) == ("builtins", "getattr"):
             return _member

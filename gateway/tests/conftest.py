@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from detectors.speed import PoseSample, SpeedCurve, SpeedVerdict
 from detectors.thruster.sample import FaultKind, ThrusterSample, ThrusterVerdict
 from detectors.verdict import Level
 from gateway.config import Config, parse
@@ -37,6 +39,12 @@ rpm = { link = "can0", esc_index = 1 }
 
 [align]
 sample_rate_hz = 50
+"""
+
+SPEED_WATCH = """
+[speed]
+minimum_mps = 0.8
+maximum_mps = 1.2
 """
 
 FULL_RPM = 3000.0
@@ -81,6 +89,43 @@ class Rows(list):
         return self[index]
 
 
+class GroundSpeedDetector:
+    """A stand-in of the contract: it takes the speed over ground between two places for the one through the water."""
+
+    def __init__(self, config: object = None, curve: SpeedCurve | None = None) -> None:
+        self.config, self.curve = config, curve
+        self.refused: Counter[str] = Counter()
+        self.accepted = self.samples = 0
+        self._last: PoseSample | None = None
+        self._speed_mps = math.nan
+
+    def update(self, sample: PoseSample) -> SpeedVerdict:
+        self.samples += 1
+        last, self._last = self._last, sample
+        if last is not None and (sample.north_m, sample.east_m) != (last.north_m, last.east_m):
+            way_m = math.hypot(sample.north_m - last.north_m, sample.east_m - last.east_m)
+            self._speed_mps = way_m / (sample.time_s - last.time_s)
+        known, healthy = math.isfinite(self._speed_mps), 0.8 <= self._speed_mps <= 1.2
+        level = (Level.NORMAL if healthy else Level.FAULT) if known else Level.UNKNOWN
+        return speed_verdict(sample.time_s, level, speed_mps=self._speed_mps)
+
+    def accept(self) -> None:
+        self.accepted += 1
+
+
+def speed_verdict(time_s: float, level: Level, **fields: object) -> SpeedVerdict:
+    """A verdict with what matters to a test; the rest is plausible."""
+    plausible = {
+        "score": 0.1,
+        "speed_mps": 1.0,
+        "flow_mps": (0.0, 0.4),
+        "flag": int(level is Level.FAULT),
+        "speed_min_mps": 0.8,
+        "speed_max_mps": 1.2,
+    }
+    return SpeedVerdict(time_s=time_s, level=level, **{**plausible, **fields})
+
+
 def verdict(time_s: float, level: Level, **fields: object) -> ThrusterVerdict:
     """A verdict with what matters to a test; the rest is plausible."""
     plausible = {
@@ -100,3 +145,10 @@ def verdict(time_s: float, level: Level, **fields: object) -> ThrusterVerdict:
 @pytest.fixture
 def config(tmp_path: Path) -> Config:
     return parse(TWO_THRUSTERS, tmp_path)
+
+
+@pytest.fixture
+def speed_config(tmp_path: Path) -> Config:
+    return parse(
+        TWO_THRUSTERS.replace("esc_index = 0 }\n", "esc_index = 0 }\nahead = 1\n", 1) + SPEED_WATCH, tmp_path
+    )
