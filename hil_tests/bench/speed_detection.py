@@ -15,12 +15,12 @@ from detectors.speed import PoseSample, SpeedConfig, SpeedDetector, SpeedVerdict
 from detectors.speed.basis import FlowBasis
 from detectors.speed.config import EstimatorName
 from detectors.verdict import Level
+from hil_tests.bench.ideal import ideal_delay_s
 from hil_tests.missions import Passage
 
 FloatArray = NDArray[np.float64]
 
 LEARNT_S = 120.0  # errors count from here on
-TURN_WITHIN_S, TURN_DEG = 30.0, 30.0  # a vehicle that turns by so much so soon after the onset excites the estimator
 CENTRES = 3  # of the published method's basis, to each side of the area
 
 
@@ -39,7 +39,7 @@ class Finding:
         group: "missions", "10 Hz, 0.1 m" or a set of recordings.
         kind, water: pattern of the course or recording; kind of water.
         seed, loss, noise_m, rate_hz: of the way.
-        turns: whether the vehicle turns soon after the onset.
+        ideal_s: from the onset until an ideal observer finds the loss; None for never, and in healthy ways.
         healthy_s: time before the onset, or all of a healthy way.
         alarms: how often a FAULT began in that time.
         delay_s: from the onset to the first FAULT that began after it; None for none.
@@ -57,7 +57,7 @@ class Finding:
     loss: float
     noise_m: float
     rate_hz: float
-    turns: bool
+    ideal_s: float | None
     healthy_s: float
     alarms: int
     delay_s: float | None
@@ -80,6 +80,7 @@ class Score:
         lost: ways with a loss. early: those with an earlier FAULT. found: those with one after it and none before.
         median_s, late_s: median and 90 % quantile of the time to find; ways where it was not found take for ever, and
             then it is None.
+        ideal_s: median time that an ideal observer takes.
         speed_error_mps, flow_error_mps: median over the ways, of the RMS errors.
         speed_error, flow_error: likewise, relative to the vehicle's speed.
         unknown: mean share of UNKNOWN.
@@ -95,6 +96,7 @@ class Score:
     found: int
     median_s: float | None
     late_s: float | None
+    ideal_s: float | None
     speed_error_mps: float
     flow_error_mps: float
     speed_error: float
@@ -150,7 +152,7 @@ def judge(way: Passage, watch: Watch, *, estimator: str, group: str, water: str,
         loss=way.loss,
         noise_m=way.noise_m,
         rate_hz=way.rate_hz,
-        turns=turns_after_onset(way),
+        ideal_s=ideal_delay_s(way) if way.loss else None,
         healthy_s=float(np.ptp(way.time_s[healthy])),
         alarms=int(np.count_nonzero(begun & healthy)),
         delay_s=float(found_s[0] - way.onset_s) if len(found_s) else None,
@@ -161,12 +163,6 @@ def judge(way: Passage, watch: Watch, *, estimator: str, group: str, water: str,
         updates=len(seen),
         seconds=seconds,
     )
-
-
-def turns_after_onset(way: Passage) -> bool:
-    """Whether the vehicle turns by enough, soon enough, to tell its speed from the flow; of healthy ways: False."""
-    soon = (way.time_s >= way.onset_s) & (way.time_s <= way.onset_s + TURN_WITHIN_S)
-    return bool(soon.any()) and float(np.degrees(np.ptp(way.true_heading_rad[soon]))) >= TURN_DEG
 
 
 def score(name: str, findings: Iterable[Finding]) -> Score:
@@ -185,6 +181,7 @@ def score(name: str, findings: Iterable[Finding]) -> Score:
         found=int(np.isfinite(delays_s).sum()),
         median_s=_quantile(delays_s, 0.5),
         late_s=_quantile(delays_s, 0.9),
+        ideal_s=_quantile([inf if one.ideal_s is None else one.ideal_s for one in lost], 0.5),
         speed_error_mps=_median(every, lambda one: one.speed_error_mps),
         flow_error_mps=_median(every, lambda one: one.flow_error_mps),
         speed_error=_median(every, lambda one: one.speed_error_mps / one.speed_mps),

@@ -10,7 +10,7 @@ from rich.table import Table
 
 from hil_tests.bench.speed_detection import Score
 
-FOUND = ("healthy,\nFAULT", "FAULTs\nan hour", "loss,\nearly", "loss,\nfound", "median\ns", "90 %\ns")
+FOUND = ("healthy,\nFAULT", "FAULTs\nan hour", "loss,\nearly", "loss,\nfound", "median\ns", "90 %\ns", "ideal\ns")
 ERRORS = ("speed\nm/s", "speed\n%", "flow\nm/s", "flow\n%", "UNKN.\n%", "update\nus")
 
 
@@ -59,7 +59,7 @@ def _found(score: Score) -> list[str]:
     healthy = f"{score.alarmed}/{score.healthy}" if score.healthy else "-"
     early = f"{score.early}/{score.lost}" if score.lost else "-"
     share = f"{100.0 * score.found / score.lost:.3g} %" if score.lost else "-"
-    times = ["-" if value is None else f"{value:.1f}" for value in (score.median_s, score.late_s)]
+    times = ["-" if value is None else f"{value:.1f}" for value in (score.median_s, score.late_s, score.ideal_s)]
     return [healthy, f"{score.alarms_per_hour:.3g}", early, share, *times]
 
 

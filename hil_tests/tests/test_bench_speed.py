@@ -13,8 +13,9 @@ from click.testing import CliRunner
 from detectors.speed import SpeedVerdict
 from detectors.verdict import Level
 from hil_tests.bench import bench
+from hil_tests.bench.ideal import BEFORE_S, ideal_delay_s, regressors_of
 from hil_tests.bench.speed import FINE, MISSIONS, by_kind_of_mission, judge_mission
-from hil_tests.bench.speed_detection import area_basis, judge, samples, score, turns_after_onset
+from hil_tests.bench.speed_detection import area_basis, judge, samples, score
 from hil_tests.bench.speed_timing import plain_filter
 from hil_tests.missions import random_mission
 
@@ -72,7 +73,7 @@ def test_every_fault_in_a_healthy_mission_is_an_alarm(healthy):
     assert (finding.alarms, finding.delay_s, finding.loss) == (2, None, 0.0)
     assert finding.healthy_s == pytest.approx(np.ptp(healthy.time_s))
     assert finding.unknown == 0.0
-    assert not finding.turns
+    assert finding.ideal_s is None
 
 
 def test_errors_are_those_after_the_learning_where_there_is_an_estimate(healthy):
@@ -107,11 +108,34 @@ def test_missions_are_sorted_by_what_they_are(lost):
     assert "noise 0 to 0.3 m" not in scores
 
 
-def test_turning_is_seen_in_the_true_heading(lost):
-    time_s = lost.time_s
-    straight = replace(lost, true_heading_rad=np.where(time_s < lost.onset_s + 31.0, 0.3, 2.0))
-    assert not turns_after_onset(straight)
-    assert turns_after_onset(replace(lost, true_heading_rad=np.where(time_s < lost.onset_s + 20.0, 0.3, 2.0)))
+def test_on_a_straight_leg_even_the_ideal_observer_waits_for_the_turn(lost):
+    turn_s = lost.onset_s + 31.0
+    legs_rad = np.where(lost.time_s < turn_s, 0.3, 2.0)
+    turned_before_rad = np.where(lost.time_s < lost.onset_s, 0.5 * lost.time_s, legs_rad)
+    waited_s = ideal_delay_s(replace(lost, true_heading_rad=turned_before_rad))
+    assert turn_s < lost.onset_s + waited_s < turn_s + 30.0
+    # who has never turned before does not know the speed that is to be lost
+    assert ideal_delay_s(replace(lost, true_heading_rad=legs_rad)) is None
+
+
+def test_the_ideal_observer_needs_less_noise_or_more_time(lost):
+    delays_s = [ideal_delay_s(replace(lost, noise_m=noise_m)) for noise_m in (0.01, 0.1, 1.0)]
+    assert delays_s == sorted(delays_s)
+    assert delays_s[0] < delays_s[2]
+    assert ideal_delay_s(replace(lost, noise_m=1e4)) is None
+
+
+def test_the_ideal_observers_evidence_is_that_of_a_fit():
+    """When it is sure, the standard deviation of the loss in a least-squares fit is a fifth of it."""
+    mission = random_mission(12, 0.3, rate_hz=10.0, noise_m=0.3)
+    used = (mission.time_s >= mission.onset_s - BEFORE_S) & (
+        mission.time_s <= mission.onset_s + ideal_delay_s(mission)
+    )
+    regressors, change = regressors_of(mission.time_s[used] - mission.onset_s, mission.true_heading_rad[used])
+    every = np.column_stack([regressors, change])
+    deviation_mps = mission.noise_m * np.sqrt(np.linalg.inv(every.T @ every)[-1, -1])
+    lost_mps = 0.3 * mission.true_speed_mps[mission.time_s < mission.onset_s].mean()
+    assert 5.0 < lost_mps / deviation_mps < 6.0
 
 
 def test_samples_are_what_the_sensors_say(lost):
