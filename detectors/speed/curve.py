@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from math import isfinite
-
-import numpy as np
 
 NEAR = 0.3  # between two points at most so far apart, a command is as good as learnt ...
 REACH = 0.1  # ... and so far from a single one
@@ -48,17 +47,21 @@ class SpeedCurve:
 
     def speed_mps(self, command: float) -> float:
         """Normal speed at a command."""
-        same = [point for point in self._points() if point[0] * command > 0.0]
-        if not same or command == 0.0:
-            nearest = min(self._points(), key=lambda point: abs(point[0]))
-            return command * nearest[1] / nearest[0]
         size = abs(command)
-        sizes, speeds = np.abs(np.array(sorted(same, key=lambda point: abs(point[0])))).T
-        if size > sizes[-1]:
-            speed = size * speeds[-1] / sizes[-1]
-        else:
-            speed = float(np.interp(size, np.append(0.0, sizes), np.append(0.0, speeds)))
-        return float(speed if command > 0.0 else -speed)
+        inner = (0.0, 0.0)
+        for known, speed_mps in self._from_zero(command > 0.0):
+            if size <= abs(known):
+                share = (size - abs(inner[0])) / (abs(known) - abs(inner[0]))
+                return inner[1] + (speed_mps - inner[1]) * share
+            inner = known, speed_mps
+        if inner[0] == 0.0:  # only driven the other way
+            inner = min(self._points(), key=lambda point: abs(point[0]))
+        return command * inner[1] / inner[0]
+
+    def _from_zero(self, ahead: bool) -> Iterator[tuple[float, float]]:
+        """The points on one side, outwards."""
+        points = self._points() if ahead else reversed(self._points())
+        return (point for point in points if (point[0] > 0.0) is ahead)
 
     def covers(self, command: float) -> bool:
         """Whether the speed at a command is known by more than proportion."""

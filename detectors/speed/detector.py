@@ -44,8 +44,8 @@ class SpeedDetector:
         )
         self.refused: Counter[str] = self._method.refused if isinstance(self._method, ObservedMethod) else Counter()
         self._last = SpeedVerdict(
-            time_s=nan, level=Level.UNKNOWN, score=0.0, speed_mps=nan, flow_mps=(nan,) * self.config.dimensions, flag=2,
-            reason="learning",
+            time_s=nan, level=Level.UNKNOWN, score=0.0, speed_mps=nan, flow_mps=(nan,) * self.config.dimensions,
+            flag=2, reason="learning",
         )  # fmt: skip
 
     @property

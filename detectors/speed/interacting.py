@@ -1,16 +1,16 @@
 """The default estimator: Kalman filters for calm water, changing water and a changing vehicle, that interact.
 
-A head current that sets in and a hull that is caught in weeds look the same on a straight course. One filter must call
-it one or the other, by its own settings; three of them, each with its own idea of what changes now, weigh the two
+A head current that sets in and a hull that is caught in weeds look the same on a straight course. One filter must
+call it one or the other, by its own settings; three of them, each with its own idea of what changes now, weigh the two
 against each other, and where the headings cannot tell, the doubt stays in the covariance of their mixture, until the
-vehicle turns. After H. A. P. Blom and Y. Bar-Shalom, The interacting multiple model algorithm for systems with Markovian
-switching coefficients, IEEE Transactions on Automatic Control 33 (1988).
+vehicle turns. After H. A. P. Blom and Y. Bar-Shalom, The interacting multiple model algorithm for systems with
+Markovian switching coefficients, IEEE Transactions on Automatic Control 33 (1988).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import exp, sqrt
+from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +44,8 @@ REGIMES = (
     Regime(flow=0.2, speed=0.002, lasts_s=3.0, leads_to=(0.8, 0.0, 0.2)),
     Regime(flow=0.005, speed=0.2, lasts_s=3.0, leads_to=(0.8, 0.2, 0.0)),
 )
+LASTS_S = np.array([one.lasts_s for one in REGIMES])
+LEADS_TO = np.array([one.leads_to for one in REGIMES])  # (from, to)
 BEGIN_IN = (0.6, 0.2, 0.2)
 LEAST_PROBABILITY = 1e-6  # a regime that was ruled out long ago must be able to come back
 
@@ -71,24 +73,21 @@ class InteractingEstimator:
     """
 
     def __init__(self, dimensions: int, speed_scale_mps: float, flow_error_mps: float | None = None) -> None:
-        self._d, self._scale = dimensions, speed_scale_mps
-        self._flow = slice(dimensions + 3, 2 * dimensions + 3)
-        size, filters = 2 * dimensions + 3, len(REGIMES)
-        start = np.zeros(size)
-        start[dimensions:] = SLIP_AT_START
-        start[dimensions], start[dimensions + 1] = SPEED_AT_START, ASIDE_AT_START
-        start *= speed_scale_mps
+        d = self._d = dimensions
+        size, filters = 2 * d + 3, len(REGIMES)
         flow_mps = FLOW_AT_START * speed_scale_mps if flow_error_mps is None else flow_error_mps
-        start[self._flow] = flow_mps
+        others = (SPEED_AT_START, ASIDE_AT_START, SLIP_AT_START, *[flow_mps / speed_scale_mps] * d)
+        start = np.array((*[0.0] * d, *others)) * speed_scale_mps
         self._state = np.zeros((filters, size))
-        self._state[:, dimensions] = speed_scale_mps
+        self._state[:, d] = speed_scale_mps
         self._covariance = np.tile(np.diag(start**2), (filters, 1, 1))
         self._probability = np.array(BEGIN_IN)
         # a model that is good to some cm/s leaves no room for a current that sets in with more
-        walk_limit = min(1.0, flow_mps / (speed_scale_mps * REGIMES[1].flow * sqrt(REGIMES[1].lasts_s)))
-        self._flow_walk2 = (np.array([one.flow for one in REGIMES]) * speed_scale_mps * walk_limit) ** 2
-        self._speed_walk2 = (np.array([one.speed for one in REGIMES]) * speed_scale_mps) ** 2
-        self._position_m = np.zeros(dimensions)
+        limit = min(1.0, flow_mps / (speed_scale_mps * REGIMES[1].flow * sqrt(REGIMES[1].lasts_s)))
+        walks = np.array([(one.speed, 0.0, SLIP_WALK, *[limit * one.flow] * d) for one in REGIMES])
+        self._walk2 = (walks * speed_scale_mps) ** 2  # (filters, d + 3) variance that each second adds
+        self._diagonal = np.arange(d, size)
+        self._position_m = np.zeros(d)
 
     def begin(self, position_m: FloatArray, time_s: float) -> None:
         """See `Estimator`."""
@@ -99,10 +98,7 @@ class InteractingEstimator:
 
     def idle(self, interval_s: float) -> None:
         """See `Estimator`."""
-        d, gap_s = self._d, min(interval_s, LONGEST_S)
-        self._covariance[:, d, d] += self._speed_walk2[0] * gap_s
-        for axis in range(d + 3, 2 * d + 3):
-            self._covariance[:, axis, axis] += self._flow_walk2[0] * gap_s
+        self._covariance[:, self._diagonal, self._diagonal] += self._walk2[0] * min(interval_s, LONGEST_S)
 
     def rescale(self, factor: float) -> None:
         """See `Estimator`."""
@@ -113,73 +109,69 @@ class InteractingEstimator:
 
     def update(self, step: Step) -> Estimate:
         """See `Estimator`; the step must say how much its position scatters."""
-        d = self._d
         predicted = self._mix(step.interval_s)
-        state, covariance = self._predict(step)
+        self._predict(step)
         moved = step.position_m - self._position_m
-        innovation = moved - state[:, :d]
-        spread = covariance[:, :d, :d] + step.position_noise_m**2 * np.eye(d)
-        inverse = np.linalg.inv(spread)
-        gain = covariance[:, :, :d] @ inverse
-        state = state + (gain @ innovation[:, :, None])[:, :, 0]
-        covariance = covariance - gain @ covariance[:, :d, :]
-        distance2 = np.einsum("ji,jik,jk->j", innovation, inverse, innovation)
-        log_likelihood = -0.5 * (distance2 + np.log(np.linalg.det(spread)))
+        log_likelihood = self._correct(moved, step.position_noise_m**2)
         weight = predicted * np.exp(log_likelihood - log_likelihood.max())
         weight = np.maximum(weight / weight.sum(), LEAST_PROBABILITY)
         self._probability = weight / weight.sum()
-        state[:, :d] -= moved
+        self._state[:, : self._d] -= moved
         self._position_m = step.position_m
-        self._state, self._covariance = state, 0.5 * (covariance + covariance.transpose(0, 2, 1))
         return self._estimate()
 
     def _mix(self, interval_s: float) -> FloatArray:
         """Each filter begins with the mixture of all that may have led to its regime; returns their probabilities."""
-        moves = np.array([one.leads_to for one in REGIMES])
-        stay = np.array([exp(-interval_s / one.lasts_s) for one in REGIMES])
-        moves = moves * (1.0 - stay)[:, None] + np.diag(stay)
+        stay = np.exp(-interval_s / LASTS_S)
+        moves = LEADS_TO * (1.0 - stay)[:, None] + np.diag(stay)
         predicted: FloatArray = self._probability @ moves
-        share = self._probability[:, None] * moves / predicted  # (from, to)
-        mean = share.T @ self._state
-        off = self._state[:, None, :] - mean[None, :, :]  # (from, to, state)
-        between = np.einsum("ij,ijn,ijp->jnp", share, off, off)
-        self._covariance = np.tensordot(share.T, self._covariance, axes=1) + between
+        share = (self._probability[:, None] * moves / predicted).T  # (to, from)
+        mean = share @ self._state
+        off = self._state - mean[:, None, :]  # (to, from, state)
+        between = (share[:, :, None] * off).transpose(0, 2, 1) @ off
+        count, size = self._state.shape
+        within = share @ self._covariance.reshape(count, size * size)
+        self._covariance = within.reshape(count, size, size) + between
         self._state = mean
         return predicted
 
-    def _predict(self, step: Step) -> tuple[FloatArray, FloatArray]:
-        """Moves on by the step: position += ahead * speed + aside * sideways speed + turned * slip + flow * time."""
+    def _predict(self, step: Step) -> None:
+        """Moves on: position += ahead * speed + aside * sideways speed + turned * slip + interval * flow."""
         d, time_s = self._d, step.interval_s
+        ways = np.column_stack((step.ahead_s, step.aside_s, step.turned, time_s * np.eye(d)))  # (d, d + 3)
         transition = np.eye(2 * d + 3)
-        transition[:d, d : d + 3] = np.stack([step.ahead_s, step.aside_s, step.turned], axis=1)
-        transition[:d, self._flow] = time_s * np.eye(d)
-        state = self._state @ transition.T
+        transition[:d, d:] = ways
+        self._state = self._state @ transition.T
         covariance = transition @ self._covariance @ transition.T
-        covariance[:, d, d] += self._speed_walk2 * time_s
-        covariance[:, d + 2, d + 2] += (SLIP_WALK * self._scale) ** 2 * time_s
-        # the random walks' share in the position: integrals of a Wiener process
-        along = self._speed_walk2[:, None] * step.ahead_s / 2.0 * time_s
-        covariance[:, :d, d] += along
-        covariance[:, d, :d] += along
-        covariance[:, :d, :d] += (
-            self._speed_walk2[:, None, None] * np.outer(step.ahead_s, step.ahead_s) * time_s / 3.0
-        )
-        for axis in range(d):
-            flow = d + 3 + axis
-            covariance[:, flow, flow] += self._flow_walk2 * time_s
-            covariance[:, axis, flow] += self._flow_walk2 * time_s**2 / 2.0
-            covariance[:, flow, axis] += self._flow_walk2 * time_s**2 / 2.0
-            covariance[:, axis, axis] += self._flow_walk2 * time_s**3 / 3.0
-        return state, covariance
+        # the random walks, and their share in the position: integrals of a Wiener process
+        walked = ways * (0.5 * time_s * self._walk2)[:, None, :]
+        covariance[:, :d, :d] += walked @ (ways.T * (2.0 / 3.0))
+        covariance[:, :d, d:] += walked
+        covariance[:, d:, :d] += walked.transpose(0, 2, 1)
+        covariance[:, self._diagonal, self._diagonal] += time_s * self._walk2
+        self._covariance = covariance
+
+    def _correct(self, moved_m: FloatArray, noise2: float) -> FloatArray:
+        """Takes the position; coordinates err independently, hence one after the other. Returns log likelihoods."""
+        log_likelihood = np.zeros(len(self._state))
+        for axis in range(self._d):
+            column = self._covariance[:, axis, :]
+            spread = column[:, axis] + noise2
+            innovation = moved_m[axis] - self._state[:, axis]
+            gain = column / spread[:, None]
+            self._state = self._state + gain * innovation[:, None]
+            self._covariance = self._covariance - gain[:, :, None] * column[:, None, :]
+            log_likelihood -= 0.5 * (innovation**2 / spread + np.log(spread))
+        return log_likelihood
 
     def _estimate(self) -> Estimate:
         """Mean and covariance of the mixture."""
         d, weight = self._d, self._probability
         mean = weight @ self._state
-        variance = weight @ (np.diagonal(self._covariance, axis1=1, axis2=2) + (self._state - mean) ** 2)
+        variance = weight @ (self._covariance.diagonal(axis1=1, axis2=2) + (self._state - mean) ** 2)
         return Estimate(
             speed_mps=float(mean[d]),
             speed_error_mps=sqrt(max(float(variance[d]), 0.0)),
-            flow_mps=mean[self._flow],
-            flow_error_mps=sqrt(max(float(variance[self._flow].max()), 0.0)),
+            flow_mps=mean[d + 3 :],
+            flow_error_mps=sqrt(max(float(variance[d + 3 :].max()), 0.0)),
         )

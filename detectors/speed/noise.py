@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left, insort
 from collections import deque
 from math import sqrt
 
@@ -13,8 +14,8 @@ FloatArray = NDArray[np.float64]
 
 POSITIONS = 101  # that the scatter is taken from
 LEAST = 8  # before these it is not known
-# A quantised or filtered position may not scatter at all. What the model of the way leaves out in one step, an arc that
-# is none and a heading that is late, is about this long, as the way made in so many seconds.
+# A quantised or filtered position may not scatter at all. What the model of the way leaves out in one step, an arc
+# that is none and a heading that is late, is about this long, as the way made in so many seconds.
 FLOOR_S = 0.01
 
 
@@ -22,8 +23,8 @@ class PositionNoise:
     """Standard deviation of one coordinate of a position, where successive ones err independently.
 
     What is left of a step after the way through the water and the flow are taken off has the errors of two positions;
-    the change of that from step to step, three: e_k - 2 e_(k-1) + e_(k-2), a variance of 6 for each coordinate. A flow
-    that stays for two steps drops out. The median over many steps leaves outliers and jumps without influence.
+    the change of that from step to step, three: e_k - 2 e_(k-1) + e_(k-2), a variance of 6 for each coordinate. A
+    flow that stays for two steps drops out. The median over many steps leaves outliers and jumps without influence.
 
     Args:
         known_m: as configured; None: learnt.
@@ -35,7 +36,8 @@ class PositionNoise:
         self._known_m = known_m
         self._floor_m = FLOOR_S * speed_scale_mps
         self._median = 6.0 * float(chi2.median(dimensions))
-        self._squares: deque[float] = deque(maxlen=POSITIONS)
+        self._squares: deque[float] = deque()
+        self._sorted: list[float] = []
         self._before: FloatArray | None = None
         self._learnt_m = 0.0
 
@@ -55,8 +57,14 @@ class PositionNoise:
         if before is None or self._known_m is not None:
             return
         change = left_m - before
-        self._squares.append(float(change @ change))
-        self._learnt_m = sqrt(float(np.median(self._squares)) / self._median)
+        self._append(float(change @ change))
+        self._learnt_m = sqrt(self._sorted[len(self._sorted) // 2] / self._median)
+
+    def _append(self, square: float) -> None:
+        if len(self._squares) == POSITIONS:
+            del self._sorted[bisect_left(self._sorted, self._squares.popleft())]
+        self._squares.append(square)
+        insort(self._sorted, square)
 
     def interrupt(self) -> None:
         """The next step has no predecessor."""

@@ -160,7 +160,7 @@ class ObservedMethod:
         return hypot(sqrt(2.0) * self._noise.deviation_m, by_speed, by_flow)
 
     def _carried_m(self, time_s: float, position_m: FloatArray) -> FloatArray:
-        """(D,) the way since the last believed position that the flow of the outside model has made, if it is used."""
+        """(D,) how far the flow of the outside model has carried the vehicle since the last believed position."""
         if self._config.estimator != "interacting":
             return np.zeros_like(position_m)
         middle_s, middle_m = 0.5 * (self._believed_s + time_s), 0.5 * (self._believed_m + position_m)
@@ -169,7 +169,9 @@ class ObservedMethod:
     def _model_mps(self, time_s: float, position_m: FloatArray) -> FloatArray:
         """(D,) the flow of the outside model; zero where there is none, or it says nothing."""
         model = self._config.flow_model
-        said = np.zeros_like(position_m) if model is None else model.velocity_mps(time_s, position_m)
+        if model is None:
+            return np.zeros_like(position_m)
+        said = model.velocity_mps(time_s, position_m)
         return said if np.isfinite(said).all() else np.zeros_like(position_m)
 
     def _believe(self, sample: PoseSample, position_m: FloatArray, moved_m: FloatArray) -> None:
