@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from math import inf
@@ -15,50 +14,25 @@ from rich.console import Console
 from detectors.speed.config import EstimatorName
 from hil_tests.bench.figures import console_beside, shared_options, write
 from hil_tests.bench.processes import processes, results
-from hil_tests.bench.speed_detection import Finding, Score, detector_for, judge, score
+from hil_tests.bench.speed_detection import Finding, Score, score
 from hil_tests.bench.speed_tables import errors_table, found_table, missions_table
-from hil_tests.missions import KINDS, Drive, Style, carried, random_mission, read_kvlcc2, read_snapir
+from hil_tests.bench.speed_ways import FINE, MISSIONS, RECORDED, judge_mission, judge_recording
+from hil_tests.missions import KINDS, Style
 from hil_tests.missions.water import WaterKind
+from hil_tests.paper_experiments import Row
+from hil_tests.speed_experiments import blimp_rows, simulation_rows
+from hil_tests.speed_experiments import table as paper_table
 
 ESTIMATORS: tuple[EstimatorName, ...] = get_args(EstimatorName)
 DATA = Path(__file__).parents[3] / "shared" / "data"
-MISSIONS, FINE = "missions", "10 Hz, 0.1 m"
-FINE_RATE_HZ, FINE_NOISE_M = 10.0, 0.1
 NOISE_BANDS_M = ((0.0, 0.3), (0.3, 1.0), (1.0, inf))
 # How much the way after the onset tells of the speed, by the time that an ideal observer needs.
 EXCITED = (("ideal to 15 s", 0.0, 15.0), ("ideal 15 to 45 s", 15.0, 45.0), ("ideal later, never", 45.0, inf))
-ONSET = 0.6  # of a recording
-RECORDING_NOISE_M = 0.5
 TARGET = (
     "target: no FAULT in a healthy mission; with excitation, a 30 % loss found in 95 %, median below 15 s at 10 Hz "
     "and 0.1 m. Time to find: where nothing was found, or a FAULT came before, it counts as for ever. ideal: median "
     "time that an observer takes who knows heading, noise and the instant of a change, but not what has changed"
 )
-
-
-@dataclass(frozen=True, slots=True)
-class Recorded:
-    """A set of recordings and what is done to them.
-
-    Attributes:
-        pattern: of the files' names. read: one of them.
-        waters, flow_mps: currents that are added.
-        loss: that is imposed.
-    """
-
-    pattern: str
-    read: Callable[[Path], Drive]
-    waters: tuple[WaterKind, ...]
-    flow_mps: float
-    loss: float
-
-
-# The AUV changes its speed by a factor of two on purpose, and its commands are not recorded: 30 % less is within
-# what it makes anyway, half is not.
-RECORDED = {
-    "kvlcc2": Recorded("kvlcc2/*.dat", read_kvlcc2, ("constant", "tidal"), flow_mps=2.0, loss=0.3),
-    "snapir": Recorded("snapir/*.npz", read_snapir, ("constant", "tidal"), flow_mps=0.8, loss=0.5),
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,14 +44,16 @@ class Options:
         first_seed, style: of them. loss: of speed.
         only: estimators; none: all.
         recordings: folder with those of `RECORDED`; what is not there is left out.
+        paper_seeds: noises of the blimp test of paper 002, which is rebuilt with its simulation; 0: neither.
     """
 
-    missions: int = 12
+    missions: int = 8
     first_seed: int = 0
     style: Style = "plain"
     loss: float = 0.3
     only: tuple[EstimatorName, ...] = ()
-    recordings: Path | None = DATA
+    recordings: Path = DATA
+    paper_seeds: int = 3
 
     @property
     def estimators(self) -> tuple[EstimatorName, ...]:
@@ -93,12 +69,14 @@ class Figures:
         options: what was measured.
         estimators: by name of the set of ways, a score for each estimator.
         by_kind: by estimator, scores for kinds of courses, bands of noise and so on.
+        paper: lines of the table of paper 002's experiments.
         findings: what the scores sum up, so that a single way can be looked into.
     """
 
     options: Options
     estimators: dict[str, list[Score]]
     by_kind: dict[str, list[Score]]
+    paper: list[Row]
     findings: list[Finding]
 
 
@@ -106,6 +84,7 @@ def measure(options: Options, jobs: int, console: Console) -> Figures:
     """Measures, and prints the tables."""
     with processes(jobs) as pool:
         findings = _judge_all(pool, options)
+        rows = _rebuild_paper(pool, options.paper_seeds)
     groups = list(dict.fromkeys(one.group for one in findings))
     estimators = {group: _by_estimator(options, [one for one in findings if one.group == group]) for group in groups}
     names: tuple[str, ...] = options.estimators
@@ -114,7 +93,9 @@ def measure(options: Options, jobs: int, console: Console) -> Figures:
         console.print(table(estimators))
     if options.missions:
         console.print(missions_table(names[0], by_kind[names[0]]), f"[dim]{TARGET}[/dim]")
-    return Figures(options, estimators, by_kind, findings)
+    if rows:
+        console.print(paper_table(rows))
+    return Figures(options, estimators, by_kind, rows, findings)
 
 
 @click.command()
@@ -137,6 +118,10 @@ def measure(options: Options, jobs: int, console: Console) -> Figures:
     "--recordings", type=click.Path(path_type=Path, file_okay=False), default=DATA, show_default=False,
     help="Folder with kvlcc2 and snapir; what is not there is left out. [default: ../shared/data beside the project]",
 )  # fmt: skip
+@click.option(
+    "--paper", "paper_seeds", type=click.IntRange(min=0), default=Options().paper_seeds, show_default=True,
+    help="Noises for the paper's blimp test, which is rebuilt with its simulation; 0 for neither.",
+)  # fmt: skip
 @shared_options
 def speed(
     *,
@@ -146,45 +131,13 @@ def speed(
     loss: float,
     only: tuple[EstimatorName, ...],
     recordings: Path,
+    paper_seeds: int,
     jobs: int,
     json_file: str | None,
 ) -> None:
     """Compare the speed detector's estimators, the paper's among them, on the same random missions and recordings."""
-    options = Options(missions, seed, style, loss, only, recordings)
+    options = Options(missions, seed, style, loss, only, recordings, paper_seeds)
     write({"speed": measure(options, jobs, console_beside(json_file))}, json_file)
-
-
-def judge_mission(estimator: EstimatorName, seed: int, style: Style, loss: float) -> list[Finding]:
-    """One estimator on the mission of a seed: healthy, with a loss, and with a loss seen by fine sensors."""
-    drawn = [(MISSIONS, random_mission(seed, lost, style)) for lost in (0.0, loss)]
-    fine = (FINE, random_mission(seed, loss, style, rate_hz=FINE_RATE_HZ, noise_m=FINE_NOISE_M))
-    return [
-        judge(
-            mission,
-            detector_for(estimator, mission),
-            estimator=estimator,
-            group=group,
-            water=str(mission.drawn["water"]),
-            seed=seed,
-        )
-        for group, mission in (*drawn, fine)
-    ]
-
-
-def judge_recording(estimator: EstimatorName, name: str, path: Path, water: WaterKind) -> list[Finding]:
-    """One estimator on a recording of `RECORDED`: healthy, and with a loss."""
-    recorded = RECORDED[name]
-    drive = recorded.read(path)
-    onset_s = ONSET * float(drive.time_s[-1])
-    ways = [
-        carried(drive, water, recorded.flow_mps, noise_m=RECORDING_NOISE_M, seed=0, loss=loss, onset_s=onset_s)
-        for loss in (0.0, recorded.loss)
-    ]
-    group = f"{name}, {water}"
-    return [
-        judge(way, detector_for(estimator, way), estimator=estimator, group=group, water=water, seed=0)
-        for way in ways
-    ]
 
 
 def by_kind_of_mission(findings: list[Finding]) -> list[Score]:
@@ -226,7 +179,13 @@ def _judge_all(pool: ProcessPoolExecutor, options: Options) -> list[Finding]:
         pool.submit(judge_recording, estimator, name, path, water)
         for estimator in options.estimators
         for name, recorded in RECORDED.items()
-        for path in (sorted(options.recordings.glob(recorded.pattern)) if options.recordings else [])
+        for path in sorted(options.recordings.glob(recorded.pattern))
         for water in recorded.waters
     ]
     return [finding for findings in results(futures, "speed runs") for finding in findings]
+
+
+def _rebuild_paper(pool: ProcessPoolExecutor, seeds: int) -> list[Row]:
+    """Lines of the table of paper 002's experiments."""
+    futures = [pool.submit(simulation_rows), pool.submit(blimp_rows, range(seeds))] if seeds else []
+    return [row for rows in results(futures, "paper 002") for row in rows]

@@ -14,9 +14,10 @@ from detectors.speed import SpeedVerdict
 from detectors.verdict import Level
 from hil_tests.bench import bench
 from hil_tests.bench.ideal import BEFORE_S, ideal_delay_s, regressors_of
-from hil_tests.bench.speed import FINE, MISSIONS, by_kind_of_mission, judge_mission
+from hil_tests.bench.speed import DATA, by_kind_of_mission
 from hil_tests.bench.speed_detection import area_basis, judge, samples, score
 from hil_tests.bench.speed_timing import plain_filter
+from hil_tests.bench.speed_ways import FINE, MISSIONS, RECORDED, judge_mission, judge_recording
 from hil_tests.missions import random_mission
 
 LABELS = {"estimator": "one", "group": MISSIONS, "water": "constant", "seed": 4}
@@ -173,6 +174,8 @@ def test_the_speed_part_prints_tables_and_writes_the_figures(tmp_path):
         "1",
         "--only",
         "kalman",
+        "--paper",
+        "1",
         "--recordings",
         str(tmp_path),
         "--jobs",
@@ -187,3 +190,16 @@ def test_the_speed_part_prints_tables_and_writes_the_figures(tmp_path):
     assert figures["options"]["missions"] == 1
     assert list(figures["estimators"]) == [MISSIONS, FINE]
     assert len(figures["findings"]) == 3
+    assert {row["experiment"] for row in figures["paper"]} > {"simulation, 10 Hz"}
+
+
+@pytest.mark.skipif(
+    not any(DATA.glob("snapir/*.npz")), reason="the recordings of shared/data are not beside the project"
+)
+def test_a_recording_is_judged_healthy_and_with_its_loss():
+    path = sorted(DATA.glob(RECORDED["snapir"].pattern))[4]
+    healthy, lost = judge_recording("kalman", "snapir", path, "tidal")
+    assert [one.loss for one in (healthy, lost)] == [0.0, 0.5]
+    assert {one.group for one in (healthy, lost)} == {"snapir, tidal"}
+    assert healthy.alarms == 0
+    assert healthy.speed_error_mps < 1.0
