@@ -5,10 +5,12 @@ from __future__ import annotations
 import asyncio
 import os
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from detectors.speed import SpeedConfig
+from detectors.speed.gridded_flow import GriddedFlow
 from drivers.can.interface import port_opener
 from drivers.can.port import CanPortError
 from drivers.clock import Clock
@@ -16,11 +18,19 @@ from drivers.mavlink.endpoint import SerialPort, TcpClient, UdpClient, UdpServer
 from drivers.mavlink.transports import open_transport
 from gateway import state
 from gateway.config import Config
-from gateway.config_sections import CanBus, Mavlink
+from gateway.config_sections import CanBus, Mavlink, Speed, Thruster
+from gateway.current_forecast import coverage, why_unknown
 from gateway.wiring import can_decoder
 
 OPEN_TIMEOUT_S = 5.0
 INTERFACES = Path("/sys/class/net")
+
+POSITIONS: Mapping[str, str] = {
+    "auto": "fixes, else the autopilot's local, else its global position",
+    "fix": "GPS_INPUT or GPS_RAW_INT",
+    "local": "LOCAL_POSITION_NED",
+    "global": "GLOBAL_POSITION_INT",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +62,10 @@ def checks(config: Config) -> Iterator[CheckResult]:
         yield _check_bus(bus, config)
     if config.mavlink is not None:
         yield _check_mavlink(config.mavlink)
+    if config.speed is not None and config.detector.speed is not None:
+        yield _check_speed(config.speed, config.detector.speed, config.thruster)
+        if isinstance(config.detector.speed.flow_model, GriddedFlow):
+            yield _check_forecast(config.detector.speed.flow_model, Clock().now())
     yield _check_folder("findings", config.files.findings)
     yield _check_folder("state", config.files.state)
     yield _check_state(config.files.state)
@@ -115,6 +129,39 @@ def _mavlink_remedy(mavlink: Mavlink) -> str:
             return f"is the autopilot's server at {host}:{port} running and reachable?"
 
 
+def _check_speed(speed: Speed, settings: SpeedConfig, thrusters: Sequence[Thruster]) -> CheckResult:
+    pushing = [str(one.number) for one in thrusters if one.ahead]
+    command = f"thrusters {', '.join(pushing)} drive ahead" if pushing else "no thruster has a share ahead"
+    positions = f"positions: {POSITIONS[speed.position]}"
+    return CheckResult("speed", True, "; ".join([positions, _normal_speed(settings), command, _current(speed)]))
+
+
+def _normal_speed(settings: SpeedConfig) -> str:
+    if settings.speed_min_mps is not None:
+        return f"normal: {settings.speed_min_mps:g} to {settings.speed_max_mps:g} m/s"
+    source = "learnt" if settings.speed_curve is None else "the given curve"
+    return f"normal: {source}, +-{settings.tolerance:.0%}"
+
+
+def _current(speed: Speed) -> str:
+    flow = speed.flow
+    if flow is None:
+        return "current: learnt"
+    if flow.file is not None:
+        return f"current: {flow.file.name}"
+    mean = "" if flow.speed_mps is None else f"{flow.speed_mps:g} m/s towards {flow.direction_deg:03.0f}"
+    return f"current: {', '.join(filter(None, [mean, *(one.name for one in flow.constituents)]))}"
+
+
+def _check_forecast(flow: GriddedFlow, now_s: float) -> CheckResult:
+    why = why_unknown(flow, now_s)
+    if why is not None:
+        return CheckResult(
+            "forecast", False, why, "fetch one that covers the dive; without it, the current is learnt"
+        )
+    return CheckResult("forecast", True, coverage(flow))
+
+
 def _check_folder(what: str, path: Path) -> CheckResult:
     subject = f"files.{what}"
     if not path.parent.is_dir():
@@ -132,5 +179,4 @@ def _check_state(path: Path) -> CheckResult:
     except (state.StateError, OSError) as error:
         remedy = "it will be set aside and all is learnt anew"
         return CheckResult("learnt state", False, f"{path} {error}", remedy)
-    known = ", ".join(map(str, sorted(learnt))) or "nothing yet"
-    return CheckResult("learnt state", True, f"thrusters {known}" if learnt else known)
+    return CheckResult("learnt state", True, ", ".join(sorted(learnt)) or "nothing yet")

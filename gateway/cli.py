@@ -65,7 +65,10 @@ def _broken(point: EntryPoint, reason: str) -> click.Command:
 @click.group(cls=PluginGroup, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(version(DISTRIBUTION), prog_name="gateway")
 def main() -> None:
-    """Tells pilot and autopilot that a thruster is entangled: CAN and MAVLink in, STATUSTEXT and failsafe out."""
+    """Tells pilot and autopilot that a thruster is entangled or the vehicle too slow for its thrust.
+
+    CAN and MAVLink in, STATUSTEXT and failsafe out.
+    """
 
 
 def loaded(path: Path) -> Config:
@@ -86,7 +89,7 @@ def loaded(path: Path) -> Config:
 def run(config: Path, verbose: bool) -> None:
     """Watch the vehicle of CONFIG until SIGINT or SIGTERM.
 
-    SIGUSR1 is the operator's word that all thrusters are well as they are: what is learnt now is the new reference.
+    SIGUSR1 is the operator's word that all is well as it is: what is learnt now is the new reference.
     """
     start_logging(verbose)
     try:
@@ -113,7 +116,7 @@ def check(config: Path) -> None:
     Exit code 0: all is well; 1: something is not.
     """
     settings = loaded(config)
-    click.echo(f"ok       {config}: {len(settings.thruster)} thrusters over {', '.join(settings.links())}")
+    click.echo(f"ok       {config}: {settings.watched()} over {', '.join(settings.links())}")
     if not _all_ok(settings):
         raise click.exceptions.Exit(1)
 

@@ -87,6 +87,11 @@ class Config:
         """Names of all links."""
         return [bus.name for bus in self.can] + ([MAVLINK] if self.mavlink else [])
 
+    def watched(self) -> str:
+        """Whatever is watched, in words."""
+        thrusters = f"thrusters {', '.join(str(thruster.number) for thruster in self.thruster)}"
+        return thrusters if self.speed is None else f"{thrusters} and speed"
+
 
 def load(path: Path | str) -> Config:
     """Reads and checks a configuration file.

@@ -64,8 +64,8 @@ class DetectorSettings(Generic[SettingsT]):
                 return self.kind(**values), problems
             except ValueError as error:
                 culprit = next((key for key in left if str(error).startswith(key)), None)
-                if culprit is None:
-                    return None, [*problems, Problem(self.path, values, str(error))]
+                if culprit is None:  # of what is left: it may be what was taken out that is missing now
+                    return None, problems or [Problem(self.path, values, str(error))]
                 refused = left.pop(culprit)
                 problems.append(Problem(refused.path, refused.value, str(error)))
 

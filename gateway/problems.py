@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import Any
+from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
@@ -81,8 +81,17 @@ def _problem(item: Any, model: type[BaseModel], path: str) -> Problem:
 def _owner(model: type[BaseModel], location: Sequence[str | int]) -> tuple[type[BaseModel], str]:
     """The model that the last key of `location` belongs to, and that key."""
     for key in location[:-1]:
-        annotation = model.model_fields[str(key)].annotation
-        if not (isinstance(annotation, type) and issubclass(annotation, BaseModel)):
+        if isinstance(key, int):  # place in a list of tables
+            continue
+        inner = _table(model.model_fields[key].annotation)
+        if inner is None:
             break
-        model = annotation
+        model = inner
     return model, str(location[-1]) if location else ""
+
+
+def _table(annotation: object) -> type[BaseModel] | None:
+    """The model in an annotation: `Flow`, `Flow | None`, `list[Flow]`."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    return next(filter(None, map(_table, get_args(annotation))), None)

@@ -120,7 +120,7 @@ class _Session:
         log.info(
             "watching %s: %s over %s",
             self._config.vehicle.name,
-            watched(self._config),
+            self._config.watched(),
             ", ".join(_links(self._config)),
         )
         try:
@@ -233,12 +233,6 @@ class _Session:
             levels=self._pipeline.levels(),
             unjudged=[subject for subject, newest in self._pipeline.newest.items() if newest is None],
         )
-
-
-def watched(config: Config) -> str:
-    """Whatever is watched."""
-    thrusters = ", ".join(str(thruster.number) for thruster in config.thruster)
-    return f"thrusters {thrusters}" + ("" if config.speed is None else " and speed")
 
 
 def _links(config: Config) -> Iterator[str]:

@@ -142,6 +142,28 @@ def verdict(time_s: float, level: Level, **fields: object) -> ThrusterVerdict:
     return ThrusterVerdict(time_s=time_s, level=level, **{**plausible, **fields})
 
 
+FORECAST_START_S = 1_700_000_000.0
+
+
+def write_forecast(path: Path, east_mps: float, start_s: float = FORECAST_START_S, hours: int = 48) -> None:
+    """A current to the east, around Trondheim, by the CF conventions."""
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip("h5netcdf")
+    shape = (2, 3, 3)
+    east, north = np.full(shape, east_mps), np.zeros(shape)
+    coordinates = {
+        "time": ("time", [0.0, float(hours)], {"units": f"hours since {np.datetime64(round(start_s), 's')}"}),
+        "lat": ("lat", [63.0, 63.5, 64.0], {"units": "degrees_north"}),
+        "lon": ("lon", [10.0, 10.5, 11.0], {"units": "degrees_east"}),
+    }
+    names = {"uo": ("eastward", east), "vo": ("northward", north)}
+    variables = {
+        key: (("time", "lat", "lon"), values, {"standard_name": f"{towards}_sea_water_velocity", "units": "m s-1"})
+        for key, (towards, values) in names.items()
+    }
+    xarray.Dataset(variables, coordinates).to_netcdf(path, engine="h5netcdf")
+
+
 @pytest.fixture
 def config(tmp_path: Path) -> Config:
     return parse(TWO_THRUSTERS, tmp_path)

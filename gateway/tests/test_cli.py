@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from click.testing import CliRunner
 
 from gateway.cli import load_plugin, main
 from gateway.logs import JournalFormatter, formatter
-from gateway.tests.conftest import TWO_THRUSTERS
+from gateway.tests.conftest import SPEED_WATCH, TWO_THRUSTERS, write_forecast
 
 CAN_ONLY = TWO_THRUSTERS.replace('link = "mavlink", servo_channel = 3', 'link = "can0", esc_index = 1')
 
@@ -72,6 +73,31 @@ def test_check_says_how_to_mend_what_it_cannot(tmp_path):
     assert "is /dev/no-such-device connected" in lines["mavlink"]
     assert "mkdir -p" in lines["files.findings"]
     assert "set aside" in lines["learnt"]
+
+
+def test_check_says_what_the_speed_watch_uses(tmp_path):
+    path = tmp_path / "gateway.toml"
+    text = TWO_THRUSTERS.replace("esc_index = 0 }\n\n", "esc_index = 0 }\nahead = 1\n\n", 1) + SPEED_WATCH
+    path.write_text(text + "[speed.flow]\nspeed_mps = 0.3\ndirection_deg = 85")
+    code, told = called("check", str(path))
+    assert code == 0, told
+    assert f"ok       {path}: thrusters 1, 2 and speed over can0, mavlink" in told
+    assert (
+        "ok       speed: positions: fixes, else the autopilot's local, else its global position; "
+        "normal: 0.8 to 1.2 m/s; thrusters 1 drive ahead; current: 0.3 m/s towards 085" in told
+    )
+
+
+@pytest.mark.parametrize(("ago_h", "code", "said"), [(1, 0, "km east of the origin"), (100, 1, "do not include")])
+def test_check_says_whether_the_forecast_is_of_today(tmp_path, ago_h, code, said):
+    path = tmp_path / "gateway.toml"
+    write_forecast(tmp_path / "currents.nc", east_mps=0.3, start_s=time.time() - 3600.0 * ago_h)
+    flow = '[speed.flow]\nfile = "currents.nc"\nlatitude_deg = 63.4\nlongitude_deg = 10.4'
+    path.write_text(f"{TWO_THRUSTERS}[speed]\n{flow}")
+    exit_code, told = called("check", str(path))
+    (line,) = [line for line in told.splitlines() if " forecast: " in line]
+    assert exit_code == code and said in line
+    assert "no thruster has a share ahead; current: currents.nc" in told
 
 
 @pytest.mark.parametrize(

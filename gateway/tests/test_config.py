@@ -1,16 +1,21 @@
 """The configuration: what is in the examples, and what is said of everything that is wrong."""
 
+import math
 from importlib.resources import files
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from detectors.speed import FlowModel, SpeedConfig, SpeedCurve
+from detectors.speed.flow_models import TidalConstituent, TidalFlow
 from gateway import config as module
 from gateway.config import Config, load, parse
+from gateway.local_frame import LocalFrame
 from gateway.problems import ConfigError
-from gateway.tests.conftest import TWO_THRUSTERS
+from gateway.tests.conftest import FORECAST_START_S, TWO_THRUSTERS, write_forecast
 from gateway.wiring import can_decoder, mavlink_decoder
 
 EXAMPLES = sorted(Path(str(files("gateway") / "examples")).glob("*.toml"))
@@ -175,6 +180,142 @@ def test_signal_that_the_database_does_not_have_is_named_with_the_nearest(tmp_pa
     assert "PulseRate" in found["thruster[number=1].rpm"]
 
 
+def speed_problems(text: str, head: str = TWO_THRUSTERS) -> dict[str, str]:
+    return problems(head + text)
+
+
+SPEED_CLASHES = {
+    "one of two": ("[speed]\nminimum_mps = 0.8", "speed.maximum_mps"),
+    "upside down": ("[speed]\nminimum_mps = 0.8\nmaximum_mps = 0.7", "speed.maximum_mps"),
+    "unknown key": ("[speed]\nminimun_mps = 0.8", "speed.minimun_mps"),
+    "tolerance": ("[speed]\ntolerance = 20", "speed.tolerance"),
+    "position": ('[speed]\nposition = "gps"', "speed.position"),
+    "curve": ("[speed]\ncurve = [[1.0, 1.2], [0.5, 0.6]]", "speed.curve"),
+    "curve of triples": ("[speed]\ncurve = [[1.0, 1.2, 3.0]]", "speed.curve.0"),
+    "estimator": ('[speed]\n[detector.speed]\nestimator = "kalmann"', "detector.speed.estimator"),
+    "published without a range": ('[speed]\n[detector.speed]\nestimator = "published"', "detector.speed"),
+    "gain": ("[speed]\n[detector.speed]\ngain = -1.0", "detector.speed.gain"),
+    "range in the wrong place": ("[speed]\n[detector.speed]\nspeed_min_mps = 1.0", "detector.speed.speed_min_mps"),
+    "basis": ("[speed]\n[detector.speed]\nbasis = 3", "detector.speed.basis"),
+    "detector without a watch": ("[detector.speed]\ngain = 1.0", "detector.speed"),
+    "failsafe without a watch": ('[failsafe]\nspeed_fault = "hold"', "failsafe.speed_fault"),
+    "empty flow": ("[speed]\n[speed.flow]", "speed.flow"),
+    "flow without direction": ("[speed]\n[speed.flow]\nspeed_mps = 0.3", "speed.flow.direction_deg"),
+    "flow of two kinds": (
+        '[speed]\n[speed.flow]\nfile = "x.nc"\nspeed_mps = 0.3\ndirection_deg = 9',
+        "speed.flow.speed_mps",
+    ),
+    "file without a site": ('[speed]\n[speed.flow]\nfile = "x.nc"', "speed.flow.latitude_deg"),
+    "site without a file": (
+        "[speed]\n[speed.flow]\nspeed_mps = 0.3\ndirection_deg = 9\nlatitude_deg = 5\nlongitude_deg = 4",
+        "speed.flow.latitude_deg",
+    ),
+    "no such file": (
+        '[speed]\n[speed.flow]\nfile = "x.nc"\nlatitude_deg = 5\nlongitude_deg = 4',
+        "speed.flow.file",
+    ),
+    "local positions with a file": (
+        '[speed]\nposition = "local"\n[speed.flow]\nfile = "x.nc"\nlatitude_deg = 5\nlongitude_deg = 4',
+        "speed.position",
+    ),
+    "unknown key of the flow": ("[speed]\n[speed.flow]\nspeed_mpss = 0.3", "speed.flow.speed_mpss"),
+    "half a constituent": (
+        '[speed]\n[[speed.flow.constituents]]\nname = "M2"\nnorth_mps = 1.0',
+        "speed.flow.constituents[name=M2]",
+    ),
+    "unknown key of a constituent": (
+        '[speed]\n[[speed.flow.constituents]]\nname = "M2"\nnorth_mp = 1.0',
+        "speed.flow.constituents.0.north_mp",
+    ),
+    "unknown constituent": (
+        '[speed]\n[[speed.flow.constituents]]\nname = "M22"\nsemi_major_mps = 1.0\nsemi_minor_mps = 0.1\n'
+        "inclination_deg = 20.0\nlag_deg = 30.0",
+        "speed.flow.constituents",
+    ),
+    "share": (thruster(3, ESC(7), ESC(7)) + "ahead = 2.0", "thruster[number=3].ahead"),
+}
+
+
+@pytest.mark.parametrize("name", SPEED_CLASHES)
+def test_clash_of_the_speed_watch(name):
+    text, key = SPEED_CLASHES[name]
+    first, *others = speed_problems(text)
+    assert first == key
+    assert all(other.startswith("speed.flow.") for other in others)
+
+
+def test_speed_watch_needs_the_autopilot():
+    found = problems(ONE_CAN + thruster(1, ESC(0), ESC(0)) + "[speed]\n")
+    assert list(found) == ["speed"] and "needs a [mavlink] table" in found["speed"]
+
+
+def test_unknown_keys_within_tables_within_tables_are_named_with_the_nearest():
+    found = speed_problems('[speed]\n[[speed.flow.constituents]]\nname = "M2"\nnorth_mp = 1.0')
+    assert "did you mean north_mps?" in found["speed.flow.constituents.0.north_mp"]
+    assert "did you mean speed_mps?" in speed_problems("[speed]\n[speed.flow]\nsped_mps = 1")["speed.flow.sped_mps"]
+
+
+def test_no_speed_watch_unless_it_is_asked_for(config, tmp_path):
+    assert config.speed is None and config.detector.speed is None
+    asked = parse(TWO_THRUSTERS + "[speed]\n", tmp_path)
+    assert asked.detector.speed == SpeedConfig()
+    assert asked.speed.position == "auto"
+
+
+def test_settings_of_the_speed_watch_reach_the_detector(tmp_path):
+    text = """
+        [speed]
+        curve = [[-1.0, -0.8], [0.5, 0.6], [1.0, 1.2]]
+        tolerance = 0.25
+        [detector.speed]
+        estimator = "adaptive"
+        dimensions = 3
+        position_noise_m = 0.5
+        """
+    settings = parse(TWO_THRUSTERS + text, tmp_path).detector.speed
+    assert settings == SpeedConfig(
+        speed_curve=SpeedCurve((-1.0, 0.5, 1.0), (-0.8, 0.6, 1.2)),
+        tolerance=0.25,
+        estimator="adaptive",
+        dimensions=3,
+        position_noise_m=0.5,
+    )
+
+
+HERE = np.zeros(2)
+
+
+def flow(text: str, folder: Path) -> FlowModel:
+    return parse(f"{TWO_THRUSTERS}[speed]\n[speed.flow]\n{text}", folder).detector.speed.flow_model
+
+
+def test_constant_current(tmp_path):
+    model = flow("speed_mps = 0.4\ndirection_deg = 90.0", tmp_path)
+    assert model.velocity_mps(0.0, HERE) == pytest.approx([0.0, 0.4])
+
+
+def test_tide_by_amplitudes_and_by_ellipse_around_a_mean(tmp_path):
+    mean = "speed_mps = 0.1\ndirection_deg = 180.0\n[[speed.flow.constituents]]\nname = 'M2'\n"
+    amplitudes = "north_mps = 0.0\nnorth_lag_deg = 0.0\neast_mps = 0.5\neast_lag_deg = 30.0"
+    ellipse = "semi_major_mps = 0.5\nsemi_minor_mps = 0.0\ninclination_deg = 0.0\nlag_deg = 30.0"
+    expected = TidalFlow((-0.1, 0.0), (TidalConstituent("M2", 0.0, 0.0, 0.5, math.radians(30.0)),))
+    for text in (amplitudes, ellipse):
+        for time_s in (1.7e9, 1.7e9 + 7000.0):
+            said = flow(mean + text, tmp_path).velocity_mps(time_s, HERE)
+            assert said == pytest.approx(expected.velocity_mps(time_s, HERE))
+
+
+def test_forecast_is_read_around_the_dive_site(tmp_path):
+    write_forecast(tmp_path / "forecast.nc", east_mps=0.3)
+    config = parse(
+        f"{TWO_THRUSTERS}[speed]\n[speed.flow]\nfile = 'forecast.nc'\nlatitude_deg = 63.4\nlongitude_deg = 10.4",
+        tmp_path,
+    )
+    assert config.detector.speed.flow_model.velocity_mps(FORECAST_START_S, HERE) == pytest.approx([0.0, 0.3])
+    assert config.speed.flow.file == tmp_path / "forecast.nc"
+    assert config.speed.origin() == LocalFrame.at_degrees(63.4, 10.4)
+
+
 @pytest.mark.parametrize("text", ["[vehicle", "vehicle = \x00"])
 def test_no_toml(text, tmp_path):
     assert "not valid TOML" in next(iter(problems(text, tmp_path).values()))
@@ -196,7 +337,8 @@ values = st.one_of(
     st.integers(-3, 300), st.floats(), st.text("ab\"'.", max_size=3), st.booleans(), st.just([]), st.just({})
 )
 tables = st.dictionaries(
-    st.sampled_from(["name", "number", "link", "command", "rpm", "endpoint", "thruster"]), values
+    st.sampled_from(["name", "number", "link", "command", "rpm", "endpoint", "thruster", "speed", "flow", "curve"]),
+    values,
 )
 
 

@@ -13,17 +13,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from detectors.speed import PoseSample
 from detectors.thruster import ThrusterConfig, ThrusterDetector
 from detectors.thruster.sample import FaultKind, ThrusterSample
 from detectors.verdict import Level
 from drivers.readings import LinkState
 from gateway import state, texts
-from gateway.channel import Learnt
+from gateway.channel import Learnt, SpeedJudgement
 from gateway.findings import Finding, FindingsFile
+from gateway.rules import observation
 from gateway.severity import Severity
 from gateway.silence import SilenceWatch, Watched
 from gateway.summary import Summary
-from gateway.tests.conftest import ThresholdDetector, verdict
+from gateway.tests.conftest import ThresholdDetector, speed_verdict, verdict
 from gateway.timeline import Timeline
 
 
@@ -65,6 +67,61 @@ def test_thruster_text_always_fits_and_names_kind(number, speed_rpm, predicted_r
     text = words(number, speed_rpm, kind=kind, predicted_rpm=predicted_rpm, wear=wear)
     assert len(text) <= 50 and text.startswith(f"T{number} {kind}?")
     assert not re.search(r"-0(%| rpm|,|$)", text)
+
+
+def speed_words(level: Level, **fields: object) -> str:
+    return observation(SpeedJudgement(PoseSample(0.0, 0.0, 0.0, 0.0), speed_verdict(0.0, level, **fields))).text()
+
+
+@pytest.mark.parametrize(
+    ("text", "level", "fields"),
+    [
+        ("Speed 0.52 m/s, want 0.9-1.2 (flow 0.4 @ 085)", Level.FAULT, {"speed_mps": 0.52, "flow_mps": (0.035, 0.4)}),
+        ("Speed 0.52 m/s, want 0.9-1.2 (flow 0.4 @ 000)", Level.FAULT, {"speed_mps": 0.52, "flow_mps": (0.4, -1e-4)}),
+        (
+            "Speed 0.52 m/s, want 0.9-1.2 (flow 0.4 @ 270)",
+            Level.SUSPECT,
+            {"speed_mps": 0.52, "flow_mps": (0, -0.4, 1)},
+        ),
+        ("Speed 0.52 m/s, want 0.9-1.2", Level.FAULT, {"speed_mps": 0.52, "flow_mps": (math.nan, math.nan)}),
+        (
+            "Speed 0.00 m/s, want 0.9-1.2 (flow 0.0 @ 180)",
+            Level.FAULT,
+            {"speed_mps": -1e-9, "flow_mps": (-1e-9, 0.0)},
+        ),
+        (
+            "Speed -0.20 m/s, want -1.2 to -0.9 (flow 0.4 @ 090)",
+            Level.FAULT,
+            {"speed_mps": -0.2, "speed_min_mps": -1.2, "speed_max_mps": -0.9},
+        ),
+        (
+            "Speed 0.01 m/s, want 0.02-0.03 (flow 0.0 @ 090)",
+            Level.FAULT,
+            {"speed_mps": 0.01, "speed_min_mps": 0.016, "speed_max_mps": 0.026, "flow_mps": (0.0, 0.01)},
+        ),
+        ("Speed 0.52 m/s (flow 0.4 @ 090)", Level.FAULT, {"speed_mps": 0.52, "speed_min_mps": math.nan}),
+        ("Speed flow not as foreseen? (flow 0.4 @ 090)", Level.SUSPECT, {"speed_mps": math.nan, "reason": "flow not as foreseen"}),
+        ("Speed ok: 1.01 m/s", Level.NORMAL, {"speed_mps": 1.01}),
+        ("Speed unknown: learning", Level.UNKNOWN, {"speed_mps": math.nan, "reason": "learning"}),
+        ("Speed unknown", Level.UNKNOWN, {}),
+    ],
+)
+def test_speed_texts(text, level, fields):
+    fields = {"speed_min_mps": 0.9, **fields}
+    if "want -1.2 to" in text:
+        text = text.rpartition(" (")[0]  # what does not fit is left out whole
+    assert speed_words(level, **fields) == text
+
+
+anywhere = st.floats(allow_nan=True)
+
+
+@given(st.sampled_from(Level), anywhere, st.tuples(anywhere, anywhere), anywhere, anywhere, st.text(max_size=60))
+def test_speed_text_always_fits(level, speed_mps, flow_mps, low_mps, high_mps, reason):
+    fields = {"speed_mps": speed_mps, "flow_mps": flow_mps, "speed_min_mps": low_mps, "speed_max_mps": high_mps}
+    text = speed_words(level, **fields, reason=reason)
+    assert len(text) <= 50 and text.startswith("Speed")
+    assert not re.search(r"(?<!\d)-0(\.0+)?( m/s|-|$)", text)
 
 
 FINDING = Finding(
