@@ -8,7 +8,7 @@ from math import isfinite, pi, radians
 from hil_tests.rig.pilot import Sticks
 from hil_tests.rig.vehicle import Motion
 
-TURN_RATE_RADPS = 0.5
+TURN_RATE_RADPS = 0.35
 # Yaw stick for each rad/s that the vehicle turns too slowly: brisk, and calm with the thrusters' delay and lag.
 STICK_PER_RADPS = 0.04
 RATE_PER_RAD = 1.0

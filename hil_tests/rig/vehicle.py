@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import cos, pi, sin
+from math import cos, hypot, pi, sin
 
 from hil_tests.rig.faults import HullFault, InjectedFault, drag_factor
 from hil_tests.rig.pilot import Sticks
@@ -124,7 +124,8 @@ class Hull:
 
     In a turn it slips outwards and slows down, by the Coriolis and centripetal forces on hull and added mass (T. I.
     Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2011, section 6.3). The yawing moment of the
-    slip is left out: it is the first thing that a heading hold takes away.
+    slip is left out: it is the first thing that a heading hold takes away. An open frame is a bluff body, with drag
+    against the way it moves: in the plane the quadratic part goes with the whole speed, not with each component.
 
     Args:
         parameters: what hull it is.
@@ -153,9 +154,11 @@ class Hull:
         velocities = (was.forward_mps, was.right_mps, was.down_mps, was.yaw_rate_radps)
         forces = self._forces(thrusts_n, was)
         drag = drag_factor(self._faults, self._since_s)
+        in_plane_mps = hypot(was.forward_mps, was.right_mps)
+        speeds = (in_plane_mps, in_plane_mps, abs(was.down_mps), abs(was.yaw_rate_radps))
         forward, right, down, yaw_rate = (
-            self._velocity(axis, velocity, force, drag, period_s)
-            for axis, (velocity, force) in enumerate(zip(velocities, forces, strict=True))
+            self._velocity(axis, velocity, force, drag * self._damping(axis, speed), period_s)
+            for axis, (velocity, force, speed) in enumerate(zip(velocities, forces, speeds, strict=True))
         )
         north_mps, east_mps, down_mps = was.velocity_ned_mps()
         place = (
@@ -180,10 +183,11 @@ class Hull:
         rate = motion.yaw_rate_radps
         return sway_kg * motion.right_mps * rate, -surge_kg * motion.forward_mps * rate
 
-    def _velocity(self, axis: int, velocity: float, force: float, drag: float, period_s: float) -> float:
-        parameters = self._parameters
+    def _damping(self, axis: int, speed: float) -> float:
+        return self._parameters.linear_damping[axis] + self._parameters.quadratic_damping[axis] * speed
+
+    def _velocity(self, axis: int, velocity: float, force: float, damping: float, period_s: float) -> float:
         inertia = self._inertia(axis)
-        damping = drag * (parameters.linear_damping[axis] + parameters.quadratic_damping[axis] * abs(velocity))
         return (velocity + period_s * force / inertia) / (1.0 + period_s * damping / inertia)
 
     def _inertia(self, axis: int) -> float:

@@ -15,7 +15,7 @@ PERIOD_S = 0.01
 
 
 @pytest.mark.parametrize("faults", [(), (HullFault(drag_factor=3.5, onset_s=0.0),)])
-@pytest.mark.parametrize("course", [box(10.0), zigzag(pi, radians(60.0), 10.0)])
+@pytest.mark.parametrize("course", [box(12.0), zigzag(pi, radians(60.0), 14.0)])
 def test_every_leg_comes_to_its_heading(course, faults):
     vehicle, pilot = Vehicle(PERIOD_S, seed=1, hull_faults=faults), Pilot(1, SURVEYING)
     motion, off_deg = vehicle.hull.motion, []
