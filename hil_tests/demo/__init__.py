@@ -1,4 +1,5 @@
-"""`gateway demo`: the real gateway against an embedded simulated vehicle that gets weeds into a thruster."""
+"""`gateway demo`: the real gateway against an embedded simulated vehicle that gets weeds into a thruster, drives into
+a current and catches a net."""
 
 from hil_tests.demo.command import demo
 

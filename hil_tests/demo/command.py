@@ -16,51 +16,48 @@ import click
 from rich.console import Console
 
 from drivers.clock import Clock
-from gateway.channel import Judgement
+from gateway.channel import SpeedJudgement, ThrusterJudgement
 from gateway.pipeline import Outcome
 from gateway.run import run
 from gateway.summary import Summary as GatewaySummary
 from hil_tests.demo.configuration import write_config
 from hil_tests.demo.display import Display, LiveDisplay, PlainDisplay, View, closing_table
+from hil_tests.demo.plan import COURSE, ENTANGLED, Plan, plan
 from hil_tests.demo.plot import draw
-from hil_tests.demo.record import Judged, Recording, Summary, Truth, happenings, summarize
+from hil_tests.demo.record import Judged, JudgedSpeed, Recording, Truth, happenings
+from hil_tests.demo.speed_plot import SpeedStory, draw_speed
+from hil_tests.demo.summary import Summary, summarize
 from hil_tests.rig.embedded import EmbeddedVehicle
-from hil_tests.rig.faults import FaultType, InjectedFault
-from hil_tests.rig.pilot import CRUISING
+from hil_tests.rig.pilot import SURVEYING
 
 CHANNEL = "gateway-demo"
-ENTANGLED = 3
-# Weeds wind themselves up within a second and take a quarter of the full-throttle speed.
-WEEDS_RAMP_S = 1.0
-WEEDS_SEVERITY = 0.25
-# Until then the detector learns.
-LATEST_ONSET_S = 25.0
-ONSET_SHARE = 0.6
 FRAMES_PER_SECOND = 4
 PLOT_FILE = "demo.png"
+SPEED_PLOT_FILE = "speed.png"
 LOG_FILE = "gateway.log"
 
 
 @click.command()
-@click.option("--seconds", type=click.FloatRange(min=5.0), default=45.0, show_default=True, help="How long it lasts.")
+@click.option("--seconds", type=click.FloatRange(min=5.0), default=85.0, show_default=True, help="How long it lasts.")
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), default=Path("out/demo"), show_default=True,
-              help="Folder for plot, findings and configuration.")  # fmt: skip
+              help="Folder for plots, findings and configuration.")  # fmt: skip
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Of pilot and noise.")
 @click.option("--fault-at", type=click.FloatRange(min=0.0), help="Second at which weeds catch thruster 3.")
 @click.option("--plain", is_flag=True, help="Lines of text instead of a live table.")
 def demo(seconds: float, out: Path, seed: int, fault_at: float | None, plain: bool) -> None:
-    """Show the gateway at work on a simulated vehicle: weeds in thruster 3, and how the autopilot is told.
+    """Show the gateway at work on a simulated vehicle: weeds in thruster 3, a current, and then a net on the hull
+    that halves the speed; and how the autopilot is told of weeds and net, but not of the current.
 
-    Exit code 0: the fault was found and there was no false alarm; else 1.
+    Exit code 0: what went wrong was found and there was no false alarm; else 1.
     """
     console = Console()
     out.mkdir(parents=True, exist_ok=True)
     display: Display = PlainDisplay(console) if plain or not console.is_terminal else LiveDisplay(console)
-    onset_s = fault_at if fault_at is not None else min(LATEST_ONSET_S, ONSET_SHARE * seconds)
-    demonstration = Demonstration(out, seconds, seed, onset_s)
+    demonstration = Demonstration(out, plan(seconds, fault_at), seed)
     summary = demonstration.run(display)
     console.print(closing_table(summary, demonstration.start_s))
-    console.print(f"plot: {demonstration.plot}", soft_wrap=True, markup=False, highlight=False)
+    for plot in demonstration.plots:
+        console.print(f"plot: {plot}", soft_wrap=True, markup=False, highlight=False)
     raise SystemExit(0 if summary.passed else 1)
 
 
@@ -69,15 +66,14 @@ class Demonstration:
 
     Args:
         folder: for all files; exists.
-        seconds: how long it lasts.
+        script: what happens when.
         seed: of pilot and noise.
-        onset_s: when weeds catch, from the start.
     """
 
-    def __init__(self, folder: Path, seconds: float, seed: int, onset_s: float) -> None:
-        self.plot = folder / PLOT_FILE
+    def __init__(self, folder: Path, script: Plan, seed: int) -> None:
+        self.plots = folder / PLOT_FILE, folder / SPEED_PLOT_FILE
         self._folder = folder
-        self._seconds = seconds
+        self._plan = script
         self._clock = Clock()
         self._recording = Recording()
         port = _free_udp_port()
@@ -88,14 +84,15 @@ class Demonstration:
             gateway=("127.0.0.1", port),
             now=self._clock.now,
             seed=seed,
-            faults={ENTANGLED: [_weeds(onset_s)]},
-            style=CRUISING,
+            faults=script.faults(),
+            style=SURVEYING,
+            course=COURSE,
+            surroundings=script.surroundings(),
         )
         self.start_s = self._vehicle.start_s
-        self._onset_s = self.start_s + onset_s
 
     def run(self, display: Display) -> Summary:
-        """Run it to its end, or to Ctrl-C; draw the plot and sum up."""
+        """Run it to its end, or to Ctrl-C; draw the plots and sum up."""
         began_s, used_s = time.monotonic(), time.process_time()
         with _logging_to(self._folder / LOG_FILE), self._vehicle, display:
             watched = asyncio.run(self._drive(display))
@@ -107,9 +104,30 @@ class Demonstration:
             lasted_s=lasted_s,
             counts=self._recording.counts() | _counts(watched),
             load=(time.process_time() - used_s) / lasted_s,
+            left_out=self._plan.left_out(),
         )
-        draw(self.plot, self._recording, summary, self.start_s)
+        self._draw(summary)
         return summary
+
+    def _draw(self, summary: Summary) -> None:
+        weeds, *net = summary.found
+        draw(
+            self.plots[0],
+            self._recording.judged.get(ENTANGLED, []),
+            weeds,
+            start_s=self.start_s,
+            lasted_s=summary.lasted_s,
+            freed_s=self._plan.freed_s,
+        )
+        story = SpeedStory(
+            moments=self._vehicle.moments,
+            history=self._recording.speed,
+            found=next(iter(net), None),
+            start_s=self.start_s,
+            lasted_s=summary.lasted_s,
+            current_s=self._plan.current_s,
+        )
+        draw_speed(self.plots[1], story)
 
     async def _drive(self, display: Display) -> GatewaySummary:
         stop = asyncio.Event()
@@ -122,30 +140,35 @@ class Demonstration:
         return gateway.result()
 
     def _observe(self, outcome: Outcome) -> None:
-        if isinstance(outcome, Judgement):
-            self._recording.add(outcome.thruster, Judged(outcome.sample, outcome.verdict), self._clock.now())
+        match outcome:
+            case ThrusterJudgement(number, sample, verdict):
+                self._recording.add(number, Judged(sample, verdict), self._clock.now())
+            case SpeedJudgement(pose, speed_verdict):
+                self._recording.add_speed(JudgedSpeed(pose, speed_verdict), self._clock.now())
 
     async def _show(self, display: Display, stop: asyncio.Event) -> None:
-        while not stop.is_set() and (since_s := self._clock.now() - self.start_s) < self._seconds:
+        while not stop.is_set() and (since_s := self._clock.now() - self.start_s) < self._plan.seconds:
             display.show(self._view(since_s))
             with contextlib.suppress(TimeoutError):
                 await asyncio.wait_for(stop.wait(), 1.0 / FRAMES_PER_SECOND)
         stop.set()
-        display.show(self._view(min(self._clock.now() - self.start_s, self._seconds)))
+        display.show(self._view(min(self._clock.now() - self.start_s, self._plan.seconds)))
 
     def _view(self, since_s: float) -> View:
         return View(
             since_s=since_s,
-            lasts_s=self._seconds,
+            lasts_s=self._plan.seconds,
             start_s=self.start_s,
             mode=self._vehicle.mode,
             voltage_v=self._vehicle.vehicle.battery.voltage_v,
             judged=self._recording.latest(),
-            happenings=happenings(self._vehicle.notes, self._truth()),
+            speed=self._recording.speed[-1] if self._recording.speed else None,
+            happenings=happenings(self._vehicle.notes, self._truth(), self.start_s + since_s),
         )
 
     def _truth(self) -> Truth:
-        return Truth(ENTANGLED, self._onset_s, self._vehicle.shown_s.get(ENTANGLED, nan))
+        weeds_shown_s = self._vehicle.shown_s.get(ENTANGLED, nan)
+        return self._plan.truth(self.start_s, weeds_shown_s, self._vehicle.slowed_s)
 
 
 @contextlib.contextmanager
@@ -184,10 +207,6 @@ def _counts(watched: GatewaySummary) -> dict[str, int]:
         for cause, count in causes.items()
     }
     return received | (dropped or {"dropped": 0})
-
-
-def _weeds(onset_s: float) -> InjectedFault:
-    return InjectedFault(type=FaultType.ENTANGLED, onset_s=onset_s, ramp_s=WEEDS_RAMP_S, severity=WEEDS_SEVERITY)
 
 
 def _free_udp_port() -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import isfinite
+from math import atan2, degrees, hypot, isfinite
 from typing import Protocol
 
 from rich.console import Console, Group, RenderableType
@@ -12,13 +12,16 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
+from detectors.speed.sample import SpeedVerdict
 from detectors.verdict import Level
-from hil_tests.demo.record import Happening, Judged, Summary
+from hil_tests.demo.record import Happening, Judged, JudgedSpeed
+from hil_tests.demo.summary import Summary, summary_lines
 
 STYLES = {Level.UNKNOWN: "dim", Level.NORMAL: "green", Level.SUSPECT: "bold yellow", Level.FAULT: "bold white on red"}
 LOG_LINES = 12
 # Together within a terminal of 80 characters; the widest level is "FAULT propeller lost".
 COLUMNS = {"": 3, "command": 7, "RPM": 6, "predicted": 9, "residual": 8, "limit": 5, "level": 20}
+SPEED_COLUMNS = {"speed, m/s": 11, "normal": 9, "flow": 14, "level": 30}
 PLAIN_EVERY_S = 5.0
 
 
@@ -33,6 +36,7 @@ class View:
         mode: the autopilot's mode.
         voltage_v: of the battery.
         judged: newest sample and verdict by thruster.
+        speed: newest sample and verdict of the vehicle's speed; None before the first.
         happenings: all so far, in order of time.
     """
 
@@ -42,6 +46,7 @@ class View:
     mode: str
     voltage_v: float
     judged: dict[int, Judged]
+    speed: JudgedSpeed | None
     happenings: Sequence[Happening]
 
 
@@ -71,7 +76,7 @@ class LiveDisplay:
 
     def show(self, view: View) -> None:
         """Redraw."""
-        self._live.update(Group(heading(view), thruster_table(view), log(view)), refresh=True)
+        self._live.update(Group(heading(view), thruster_table(view), speed_table(view), log(view)), refresh=True)
 
 
 class PlainDisplay:
@@ -121,6 +126,18 @@ def thruster_table(view: View) -> Table:
     return table
 
 
+def speed_table(view: View) -> Table:
+    """The vehicle's speed through the water."""
+    table = Table(expand=False)
+    for column, width in SPEED_COLUMNS.items():
+        table.add_column(column, width=width, justify="left" if column == "level" else "right", no_wrap=True)
+    if view.speed is not None:
+        verdict = view.speed.verdict
+        words = f"{verdict.level.name} {verdict.reason}".rstrip()
+        table.add_row(*_speeds(verdict), Text(words, style=STYLES[verdict.level]))
+    return table
+
+
 def log(view: View) -> RenderableType:
     """The newest happenings, as the autopilot received them."""
     lines = [Text("at the autopilot:", style="bold")]
@@ -140,33 +157,6 @@ def closing_table(summary: Summary, start_s: float) -> Table:
     return table
 
 
-def summary_lines(summary: Summary, start_s: float) -> list[tuple[str, str]]:
-    """What came of it, in pairs of a name and a value."""
-    name = f"thruster {summary.truth.thruster}"
-    lines = [
-        (f"weeds catch {name}", _at(summary.truth.onset_s, start_s)),
-        ("they show in the RPM", _at(summary.truth.shown_s, start_s)),
-        ("detector says FAULT", _at(summary.verdict_s, start_s)),
-        ("STATUSTEXT at the autopilot", _at(summary.text_s, start_s)),
-        ("failsafe message at the autopilot", _at(summary.command_s, start_s)),
-        ("from RPM to STATUSTEXT", f"{summary.latency_s:.2f} s" if isfinite(summary.latency_s) else "-"),
-        ("false alarms", _listed(summary.false_alarms)),
-    ]
-    lines += [(what, f"{count}") for what, count in summary.counts.items()]
-    lines.append(("judged at most", f"{summary.judged_late_s:.2f} s late"))
-    lines.append(("processor load of all", f"{100.0 * summary.load:.0f} % of one core"))
-    lines.append(("result", "passed" if summary.passed else "FAILED"))
-    return lines
-
-
-def _listed(alarms: Sequence[str]) -> str:
-    return f"{len(alarms)}: {'; '.join(alarms)}" if alarms else "none"
-
-
-def _at(time_s: float, start_s: float) -> str:
-    return f"at {time_s - start_s:.2f} s" if isfinite(time_s) else "never"
-
-
 def _numbers(one: Judged) -> tuple[str, ...]:
     verdict = one.verdict
     predicted, residual, threshold = (
@@ -182,6 +172,23 @@ def _level(one: Judged) -> Text:
 
 
 def _levels(view: View) -> str:
-    if not view.judged:
-        return "no thruster heard yet"
-    return "  ".join(f"T{thruster} {one.verdict.level.name}" for thruster, one in view.judged.items())
+    thrusters = "  ".join(f"T{thruster} {one.verdict.level.name}" for thruster, one in view.judged.items())
+    if view.speed is None:
+        return thrusters or "no thruster heard yet"
+    speed, normal, flow = _speeds(view.speed.verdict)
+    return f"{thrusters}  speed {view.speed.verdict.level.name} {speed} m/s of {normal}, flow {flow}"
+
+
+def _speeds(verdict: SpeedVerdict) -> tuple[str, str, str]:
+    """Speed, normal speed and flow, "-" where not known."""
+    limits = (verdict.speed_min_mps, verdict.speed_max_mps)
+    normal = "{:.2f}-{:.2f}".format(*limits) if all(map(isfinite, limits)) else "-"
+    return f"{verdict.speed_mps:.2f}" if isfinite(verdict.speed_mps) else "-", normal, flow_words(verdict.flow_mps)
+
+
+def flow_words(flow_mps: Sequence[float]) -> str:
+    """A flow, north and east, by its speed and where it sets to: "0.40 m/s @ 085"."""
+    north_mps, east_mps = flow_mps[:2]
+    if not (isfinite(north_mps) and isfinite(east_mps)):
+        return "-"
+    return f"{hypot(north_mps, east_mps):.2f} m/s @ {round(degrees(atan2(east_mps, north_mps))) % 360:03d}"

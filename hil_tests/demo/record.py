@@ -1,12 +1,13 @@
-"""What the gateway judged, the autopilot received and the rig did in a demonstration, and the summary of it."""
+"""What the gateway judged, the autopilot received and the rig did in a demonstration."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from math import inf, nan
+from math import isfinite, nan
 
+from detectors.speed.sample import PoseSample, SpeedVerdict
 from detectors.thruster.sample import ThrusterSample, ThrusterVerdict
 from detectors.verdict import Level
 from hil_tests.rig.ardusub import Command, Mode
@@ -14,7 +15,7 @@ from hil_tests.rig.autopilot import Notes, ReceivedCommand, ReceivedText
 
 WARNING = 4  # MAV_SEVERITY: from here on upwards (smaller numbers) a text is an alarm
 CRITICAL_STATE = 5  # MAV_STATE_CRITICAL
-NAMES_THRUSTER = re.compile(r"\bT(\d+)\b")
+SPEED = "speed"  # the subject; the others are "thruster 1" and so on
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,21 +26,36 @@ class Judged:
     verdict: ThrusterVerdict
 
 
+@dataclass(frozen=True, slots=True)
+class JudgedSpeed:
+    """Where the vehicle was said to be, and what the speed detector said of it."""
+
+    sample: PoseSample
+    verdict: SpeedVerdict
+
+
 @dataclass(slots=True)
 class Recording:
-    """Every sample and verdict by thruster, in order of time.
+    """Every sample and verdict, in order of time.
 
     Attributes:
-        judged: by the thruster's number.
+        judged: of thrusters, by the thruster's number.
+        speed: of the vehicle's speed.
         latest_s: how long after its own time a sample was judged, at worst.
     """
 
     judged: dict[int, list[Judged]] = field(default_factory=dict)
+    speed: list[JudgedSpeed] = field(default_factory=list)
     latest_s: float = 0.0
 
     def add(self, thruster: int, judged: Judged, time_s: float) -> None:
-        """Append what the gateway saw and said, and when it did."""
+        """Append what the gateway saw of a thruster and said, and when it did."""
         self.judged.setdefault(thruster, []).append(judged)
+        self.latest_s = max(self.latest_s, time_s - judged.sample.time_s)
+
+    def add_speed(self, judged: JudgedSpeed, time_s: float) -> None:
+        """Append what the gateway saw of the vehicle's way and said, and when it did."""
+        self.speed.append(judged)
         self.latest_s = max(self.latest_s, time_s - judged.sample.time_s)
 
     def latest(self) -> dict[int, Judged]:
@@ -48,32 +64,61 @@ class Recording:
 
     def counts(self) -> dict[str, int]:
         """How much there is."""
-        return {"samples judged": sum(len(history) for history in self.judged.values())}
+        return {
+            "samples judged": sum(len(history) for history in self.judged.values()),
+            "positions judged": len(self.speed),
+        }
 
-    def first_fault_s(self, thruster: int, since_s: float) -> float:
-        """When the detector first said FAULT of a thruster from a time on; NaN if it never did."""
-        faults = (one for one in self.judged.get(thruster, ()) if one.verdict.level is Level.FAULT)
+    def histories(self) -> Mapping[str, Sequence[Judged | JudgedSpeed]]:
+        """By subject."""
+        thrusters = {f"thruster {number}": history for number, history in self.judged.items()}
+        return thrusters | {SPEED: self.speed}
+
+    def first_fault_s(self, subject: str, since_s: float) -> float:
+        """When a detector first said FAULT of a subject from a time on; NaN if it never did."""
+        faults = (one for one in self.histories().get(subject, ()) if one.verdict.level is Level.FAULT)
         return next((one.sample.time_s for one in faults if one.sample.time_s >= since_s), nan)
 
 
+def names(text: str, subject: str) -> bool:
+    """Whether a text for the pilot speaks of a subject."""
+    pattern = r"^Speed\b" if subject == SPEED else rf"\bT{subject.removeprefix('thruster ')}\b"
+    return re.search(pattern, text) is not None
+
+
 @dataclass(frozen=True, slots=True)
-class Truth:
-    """What the rig really did.
+class Trouble:
+    """Something that the rig does to the vehicle and the gateway is to find.
 
     Attributes:
-        thruster: the one that got entangled.
-        onset_s: when weeds began to catch.
-        shown_s: when its speed first differed visibly from a healthy one's; NaN: never.
+        subject: what it harms: "thruster 3", or "speed".
+        catches, shows: its two instants, in words.
+        onset_s: when it begins.
+        shown_s: when it first shows; NaN: never.
     """
 
-    thruster: int
+    subject: str
+    catches: str
+    shows: str
     onset_s: float
     shown_s: float
 
     def explains(self, text: ReceivedText) -> bool:
-        """Whether an alarm speaks of the fault that was there."""
-        named = NAMES_THRUSTER.search(text.text)
-        return named is not None and int(named[1]) == self.thruster and text.time_s >= self.onset_s
+        """Whether an alarm speaks of this."""
+        return names(text.text, self.subject) and text.time_s >= self.onset_s
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """What the rig does.
+
+    Attributes:
+        troubles: what is to be found.
+        events: what is not, as pairs of a time and words for it; times to come among them.
+    """
+
+    troubles: tuple[Trouble, ...]
+    events: tuple[tuple[float, str], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,15 +130,16 @@ class Happening:
     alarm: bool = False
 
 
-def happenings(notes: Notes, truth: Truth) -> list[Happening]:
+def happenings(notes: Notes, truth: Truth, now_s: float) -> list[Happening]:
     """What is worth showing, as far as it has happened, in order of time."""
     found = [Happening(text.time_s, f'STATUSTEXT "{text.text}"', text.severity <= WARNING) for text in notes.texts]
     found += [
         Happening(one.time_s, _in_words(one), alarm=True) for one in notes.commands if one.command in set(Command)
     ]
     found += _heartbeat_changes(notes)
-    if truth.shown_s == truth.shown_s:
-        found.append(Happening(truth.shown_s, f"(rig) weeds in thruster {truth.thruster} begin to show in its RPM"))
+    shown = [(trouble.shown_s, trouble.shows) for trouble in truth.troubles if isfinite(trouble.shown_s)]
+    past = [(time_s, text) for time_s, text in truth.events if time_s <= now_s]
+    found += [Happening(time_s, f"(rig) {text}") for time_s, text in shown + past]
     return sorted(found, key=lambda happening: happening.time_s)
 
 
@@ -111,70 +157,3 @@ def _in_words(command: ReceivedCommand) -> str:
     if command.command == Command.DO_SET_MODE and command.parameters[1] in set(Mode):
         name += f" {Mode(int(command.parameters[1])).name}"
     return f"COMMAND_LONG {name}: answered {command.result.name}"
-
-
-@dataclass(frozen=True, slots=True)
-class Summary:
-    """How a demonstration went. Times in seconds; NaN where something did not happen.
-
-    Attributes:
-        lasted_s: how long it ran.
-        truth: what the rig did.
-        verdict_s: first FAULT of the entangled thruster.
-        text_s: first alarm about it at the autopilot.
-        command_s: failsafe message at the autopilot.
-        false_alarms: alarms at the autopilot, and thrusters called faulty, that were not true.
-        counts: frames, samples, drops and the like, by name.
-        judged_late_s: how long after its own time a sample was judged, at worst: the machine's margin.
-        load: processor time over time, 1.0 = one core.
-    """
-
-    lasted_s: float
-    truth: Truth
-    verdict_s: float
-    text_s: float
-    command_s: float
-    false_alarms: tuple[str, ...]
-    counts: Mapping[str, int]
-    judged_late_s: float
-    load: float
-
-    @property
-    def latency_s(self) -> float:
-        """From the first sign in the RPM to the STATUSTEXT at the autopilot."""
-        return self.text_s - self.truth.shown_s
-
-    @property
-    def passed(self) -> bool:
-        """The pilot was told of the weeds, and of nothing that was not there."""
-        return self.text_s == self.text_s and not self.false_alarms
-
-
-def summarize(
-    recording: Recording, notes: Notes, truth: Truth, *, lasted_s: float, counts: Mapping[str, int], load: float
-) -> Summary:
-    """Judge a demonstration by what reached the autopilot."""
-    alarms = [text for text in notes.texts if text.severity <= WARNING]
-    actions = (one.time_s for one in notes.commands if one.command in set(Command))
-    return Summary(
-        lasted_s=lasted_s,
-        truth=truth,
-        verdict_s=recording.first_fault_s(truth.thruster, truth.onset_s),
-        text_s=next((text.time_s for text in alarms if truth.explains(text)), nan),
-        command_s=next(actions, nan),
-        false_alarms=tuple(_false_alarms(recording, alarms, truth)),
-        counts=dict(counts),
-        judged_late_s=recording.latest_s,
-        load=load,
-    )
-
-
-def _false_alarms(recording: Recording, alarms: Iterable[ReceivedText], truth: Truth) -> Iterable[str]:
-    for text in alarms:
-        if not truth.explains(text):
-            yield f'STATUSTEXT "{text.text}"'
-    for thruster in recording.judged:
-        true_from_s = truth.onset_s if thruster == truth.thruster else inf
-        false_s = recording.first_fault_s(thruster, -inf)
-        if false_s < true_from_s and not any(f"T{thruster} " in text.text for text in alarms):
-            yield f"FAULT of thruster {thruster}, not told"

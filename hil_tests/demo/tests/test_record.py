@@ -3,22 +3,32 @@
 from __future__ import annotations
 
 import io
-from math import isnan, nan
+from dataclasses import replace
+from math import inf, isnan, nan
 
 import pytest
 from rich.console import Console
 
+from detectors.speed.sample import PoseSample, SpeedVerdict
 from detectors.thruster.sample import FaultKind, ThrusterSample, ThrusterVerdict
 from detectors.verdict import Level
-from hil_tests.demo.display import LiveDisplay, PlainDisplay, View, summary_lines
+from hil_tests.demo.display import LiveDisplay, PlainDisplay, View, flow_words
 from hil_tests.demo.plot import draw
-from hil_tests.demo.record import Judged, Recording, Truth, happenings, summarize
+from hil_tests.demo.record import SPEED, Judged, JudgedSpeed, Recording, Trouble, Truth, happenings
+from hil_tests.demo.speed_plot import SpeedStory, draw_speed
+from hil_tests.demo.summary import summarize, summary_lines
 from hil_tests.rig.ardusub import Result
 from hil_tests.rig.autopilot import Notes, ReceivedCommand, ReceivedHeartbeat, ReceivedText
+from hil_tests.rig.embedded import Moment
+from hil_tests.rig.vehicle import Motion
 
 START_S = 1000.0
-TRUTH = Truth(thruster=3, onset_s=1020.0, shown_s=1020.4)
+WEEDS = Trouble("thruster 3", "weeds catch thruster 3", "weeds in thruster 3 show", onset_s=1020.0, shown_s=1020.4)
+NET = Trouble(SPEED, "a net catches", "the net shows", onset_s=1022.0, shown_s=1022.5)
+TRUTH = Truth((WEEDS,), ((1015.0, "a current sets in"),))
+BOTH = Truth((WEEDS, NET))
 TOLD = ReceivedText(1020.9, 192, 2, "T3 entangled? 812 rpm, want 1043 (-22%)")
+SLOW = ReceivedText(1026.9, 192, 4, "Speed 0.52 m/s, want 0.9-1.2 (flow 0.4 @ 085)")
 HELD = ReceivedCommand(1020.91, 192, 176, (1.0, 16.0, 0.0, 0.0, 0.0, 0.0, 0.0), Result.ACCEPTED)
 ASKED = ReceivedCommand(1001.0, 192, 511, (30.0, 5e4, 0.0, 0.0, 0.0, 0.0, 0.0), Result.ACCEPTED)
 
@@ -44,7 +54,24 @@ def judged(time_s, level) -> Judged:
     return Judged(ThrusterSample(time_s, 0.3, speed_rpm, 15.5, 2.0), verdict)
 
 
-def recording(fault_from_s=1020.8, other_fault_s=None) -> Recording:
+def judged_speed(time_s, level) -> JudgedSpeed:
+    known = level is not Level.UNKNOWN
+    verdict = SpeedVerdict(
+        time_s=time_s,
+        level=level,
+        score=0.5,
+        speed_mps=0.52 if level is Level.FAULT else 1.05,
+        speed_error_mps=0.05 if known else inf,
+        flow_mps=(0.035, 0.398),
+        flag=2 if not known else 1 if level is Level.FAULT else 0,
+        speed_min_mps=0.9 if known else nan,
+        speed_max_mps=1.2 if known else nan,
+        reason="" if level is Level.NORMAL else "slow" if known else "learning",
+    )
+    return JudgedSpeed(PoseSample(time_s, 1.0, 2.0, 0.5), verdict)
+
+
+def recording(fault_from_s=1020.8, other_fault_s=None, slow_from_s=1026.8) -> Recording:
     kept = Recording()
     for step in range(300):
         time_s = START_S + 0.1 * step
@@ -52,6 +79,8 @@ def recording(fault_from_s=1020.8, other_fault_s=None) -> Recording:
         kept.add(3, judged(time_s, level), time_s + 0.05)
         other = Level.FAULT if other_fault_s and time_s >= other_fault_s else Level.NORMAL
         kept.add(5, judged(time_s, other), time_s + (0.2 if step == 7 else 0.05))
+        slow = Level.FAULT if time_s >= slow_from_s else Level.NORMAL
+        kept.add_speed(judged_speed(time_s, Level.UNKNOWN if time_s < 1012.0 else slow), time_s + 0.05)
     return kept
 
 
@@ -62,21 +91,33 @@ def notes(*texts, commands=(HELD,)) -> Notes:
 
 def summary(kept=None, noted=None, truth=TRUTH):
     counts = {"CAN frames": 41000, "drops": 0}
-    return summarize(kept or recording(), noted or notes(TOLD), truth, lasted_s=30.0, counts=counts, load=0.5)
+    kept = kept or recording(slow_from_s=inf)
+    return summarize(kept, noted or notes(TOLD), truth, lasted_s=30.0, counts=counts, load=0.5)
 
 
 def test_a_good_run_passes():
     good = summary()
     assert good.passed
-    assert good.latency_s == pytest.approx(0.5)
-    assert good.verdict_s == pytest.approx(1020.8)
+    [weeds] = good.found
+    assert weeds.latency_s == pytest.approx(0.5)
+    assert weeds.verdict_s == pytest.approx(1020.8)
     assert good.command_s == 1020.91
+
+
+def test_both_acts_are_judged():
+    good = summary(kept=recording(), noted=notes(TOLD, SLOW), truth=BOTH)
+    assert good.passed
+    assert [found.latency_s for found in good.found] == pytest.approx([0.5, 4.4])
+    assert good.found[1].verdict_s == pytest.approx(1026.8)
+    untold = summary(kept=recording(), noted=notes(TOLD), truth=BOTH)
+    assert not untold.passed
+    assert untold.false_alarms == ()
 
 
 def test_a_pilot_who_is_not_told_fails_it():
     silent = summary(noted=notes(commands=()))
     assert not silent.passed
-    assert isnan(silent.text_s)
+    assert isnan(silent.found[0].text_s)
     assert isnan(silent.command_s)
 
 
@@ -87,10 +128,11 @@ def test_a_pilot_who_is_not_told_fails_it():
         ReceivedText(1025.0, 192, 2, "T5 entangled? 812 rpm, want 1043 (-22%)"),
         ReceivedText(1025.0, 192, 4, "T13 worn or fouled"),
         ReceivedText(1025.0, 192, 4, "can0 silent"),
+        ReceivedText(1021.0, 192, 4, "Speed 0.52 m/s, want 0.9-1.2 (flow 0.4 @ 085)"),
     ],
 )
 def test_an_alarm_about_what_is_not_there_fails_it(text):
-    wrong = summary(noted=notes(TOLD, text))
+    wrong = summary(noted=notes(TOLD, text, SLOW), truth=BOTH)
     assert not wrong.passed
     assert wrong.false_alarms == (f'STATUSTEXT "{text.text}"',)
 
@@ -100,26 +142,35 @@ def test_a_notice_is_no_alarm():
 
 
 def test_a_false_verdict_fails_it_even_if_nothing_was_said():
-    assert summary(kept=recording(other_fault_s=1015.0)).false_alarms == ("FAULT of thruster 5, not told",)
-    early = summary(kept=recording(fault_from_s=1019.0), noted=notes())
+    assert summary(kept=recording(other_fault_s=1015.0, slow_from_s=inf)).false_alarms == (
+        "FAULT of thruster 5, not told",
+    )
+    assert summary(kept=recording(), truth=TRUTH).false_alarms == ("FAULT of speed, not told",)
+    early = summary(kept=recording(fault_from_s=1019.0, slow_from_s=inf), noted=notes())
     assert early.false_alarms == ("FAULT of thruster 3, not told",)
 
 
 def test_happenings_are_in_order_and_leave_the_streams_out():
-    found = happenings(notes(TOLD), TRUTH)
-    assert [one.time_s for one in found] == [1020.4, 1020.9, 1020.91, 1021.0]
-    assert [one.alarm for one in found] == [False, True, True, True]
-    assert found[2].text == "COMMAND_LONG DO_SET_MODE POSHOLD: answered ACCEPTED"
-    assert found[3].text == "HEARTBEAT of component 192: CRITICAL"
+    found = happenings(notes(TOLD), TRUTH, now_s=1022.0)
+    assert [one.time_s for one in found] == [1015.0, 1020.4, 1020.9, 1020.91, 1021.0]
+    assert [one.alarm for one in found] == [False, False, True, True, True]
+    assert found[0].text == "(rig) a current sets in"
+    assert found[3].text == "COMMAND_LONG DO_SET_MODE POSHOLD: answered ACCEPTED"
+    assert found[4].text == "HEARTBEAT of component 192: CRITICAL"
+
+
+def test_what_is_to_come_has_not_happened_yet():
+    assert happenings(Notes(), replace(TRUTH, troubles=()), now_s=1014.9) == []
 
 
 def view(since_s, found=()) -> View:
-    return View(since_s, 30.0, START_S, "MANUAL", 15.6, recording().latest(), found)
+    kept = recording()
+    return View(since_s, 30.0, START_S, "MANUAL", 15.6, kept.latest(), kept.speed[-1], found)
 
 
 def shown(display_of, terminal) -> str:
     console = Console(file=io.StringIO(), force_terminal=terminal, width=110)
-    found = happenings(notes(TOLD), TRUTH)
+    found = happenings(notes(TOLD), TRUTH, now_s=1025.0)
     with display_of(console) as display:
         display.show(view(1.0))
         display.show(view(25.0, found))
@@ -131,7 +182,7 @@ def test_plain_text_says_everything_once():
     text = shown(PlainDisplay, terminal=False)
     assert text.count("T3 entangled? 812 rpm, want 1043 (-22%)") == 1
     assert "  20.90 s  STATUSTEXT" in text
-    assert "T3 FAULT  T5 NORMAL" in text
+    assert "T3 FAULT  T5 NORMAL  speed FAULT 0.52 m/s of 0.90-1.20, flow 0.40 m/s @ 085" in text
     assert "\x1b" not in text
 
 
@@ -140,18 +191,63 @@ def test_the_live_table_shows_the_thruster_and_the_text():
     assert "FAULT entangled" in text
     assert "T3 entangled? 812 rpm" in text
     assert "-220" in text
+    assert "FAULT slow" in text
+
+
+@pytest.mark.parametrize(
+    ("flow_mps", "words"),
+    [
+        ((0.3, 0.0), "0.30 m/s @ 000"),
+        ((0.3, -1e-6), "0.30 m/s @ 000"),
+        ((-0.3, -0.4), "0.50 m/s @ 233"),
+        ((0.0, 0.2, 0.1), "0.20 m/s @ 090"),
+        ((nan, nan), "-"),
+    ],
+)
+def test_a_flow_is_said_by_its_speed_and_set(flow_mps, words):
+    assert flow_words(flow_mps) == words
 
 
 def test_the_summary_is_said_in_words():
     lines = dict(summary_lines(summary(), START_S))
-    assert lines["from RPM to STATUSTEXT"] == "0.50 s"
+    assert lines["weeds catch thruster 3"] == "at 20.00 s"
+    assert lines["thruster 3: from first sign to STATUSTEXT"] == "0.50 s"
     assert lines["false alarms"] == "none"
     assert lines["result"] == "passed"
     assert lines["judged at most"] == "0.20 s late"
     assert lines["CAN frames"] == "41000"
+    assert "no time for" not in lines
 
 
-@pytest.mark.parametrize(("kept", "truth"), [(recording(), TRUTH), (Recording(), Truth(3, 1050.0, nan))])
-def test_the_plot_is_a_picture(tmp_path, kept, truth):
-    draw(tmp_path / "demo.png", kept, summary(kept=kept, truth=truth), START_S)
+def test_the_summary_says_what_was_left_out():
+    short = replace(summary(), left_out=("a current", "a net"))
+    assert dict(summary_lines(short, START_S))["no time for"] == "a current; a net"
+
+
+@pytest.mark.parametrize(
+    ("history", "trouble"), [(recording().judged[3], WEEDS), ([], replace(WEEDS, onset_s=1050.0, shown_s=nan))]
+)
+def test_the_plot_is_a_picture(tmp_path, history, trouble):
+    [found] = summary(truth=Truth((trouble,))).found
+    draw(tmp_path / "demo.png", history, found, start_s=START_S, lasted_s=30.0, freed_s=28.0)
     assert (tmp_path / "demo.png").read_bytes().startswith(b"\x89PNG")
+
+
+def moments() -> list[Moment]:
+    return [
+        Moment(START_S + 0.1 * step, Motion(0.1 * step, 0.05 * step, forward_mps=1.0, water_mps=(0.1, 0.4, 0.0)))
+        for step in range(300)
+    ]
+
+
+@pytest.mark.parametrize("told", [True, False])
+@pytest.mark.parametrize("history", [recording().speed, []])
+def test_the_speed_plot_is_a_picture(tmp_path, history, told):
+    found = summary(noted=notes(TOLD, *([SLOW] if told else [])), truth=BOTH).found[1]
+    draw_speed(tmp_path / "speed.png", SpeedStory(moments(), history, found, START_S, 30.0, current_s=15.0))
+    assert (tmp_path / "speed.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_speed_plot_of_a_short_run_is_a_picture_too(tmp_path):
+    draw_speed(tmp_path / "speed.png", SpeedStory([], [], None, START_S, 5.0))
+    assert (tmp_path / "speed.png").read_bytes().startswith(b"\x89PNG")
