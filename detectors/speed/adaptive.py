@@ -3,7 +3,7 @@
 Over a step in which the vehicle moves evenly, and heading and basis stand for their mean, the law is linear, and
 more: the parameters only move along the regressors, so that the error's parts along and across the heading are damped
 oscillators, for which there is a closed form. It is stable at any sampling interval, where the paper's explicit step
-rings at 1 s and diverges from 2 / gain on.
+rings at 1 s, and diverges where gain / (learning rate x sum of the regressors' squares) is shorter than the interval.
 """
 
 from __future__ import annotations

@@ -16,7 +16,8 @@ from detectors.verdict import Level
 
 FloatArray = NDArray[np.float64]
 
-DIVERGED = 1e30  # far beyond any input, and its square is still a number
+DIVERGED = 1e3  # times the greatest normal speed, in m/s and m: no vehicle, no water and no estimate of them
+DOUBT_SAMPLES = 200  # for which nothing is believed after the estimate has diverged: what was learnt is gone
 
 
 def flow_to_learn(config: SpeedConfig) -> LearntFlow:
@@ -71,12 +72,18 @@ class ExplicitLaw:
         """u of equation 3, by V_L."""
         return self.speed_mps if self._limit_mps is None else min(self.speed_mps, self._limit_mps)
 
-    def diverged(self, time_s: float) -> bool:
-        """Whether the explicit step, too long for its gains, has left every bound."""
-        if not bool((np.abs(self.estimated_position_m) < DIVERGED).all()):
-            return True  # too far away to ask for the flow there
-        state = (*self.velocity_mps(time_s), *self._error_by_limit, self.speed_mps)
-        return not all(abs(value) < DIVERGED for value in state)
+    def diverged(self, position_m: FloatArray, time_s: float, bound: float) -> bool:
+        """Whether the explicit step, too long for its gains, has left every bound.
+
+        Args:
+            position_m: (D,) x(t).
+            time_s: t.
+            bound: of errors in m and of velocities in m/s.
+        """
+        apart = (*(position_m - self.estimated_position_m), *self._error_by_limit, self.speed_mps)
+        if not all(abs(value) < bound for value in apart):
+            return True  # and maybe too far away to ask for the flow there
+        return not bool((np.abs(self.velocity_mps(time_s)) < bound).all())
 
     def velocity_mps(self, time_s: float) -> FloatArray:
         """(D,) F_L = xi phi(z, t)."""
@@ -111,7 +118,7 @@ class PublishedMethod:
     """Algorithms 1 and 2 of paper 002, sample by sample; picklable at any sample, and then goes on bit for bit.
 
     T_s is the time between two samples, whatever it is: the paper's is constant. Where the explicit step does not
-    bear it and diverges, all that was learnt is thrown away, with flag 2.
+    bear it and diverges, all that was learnt is thrown away, with flag 2 for some time.
 
     Args:
         config: with the normal range.
@@ -132,6 +139,7 @@ class PublishedMethod:
         self._start_mps = 0.5 * (low + high) if speed_mps is None else speed_mps
         self._last: PoseSample | None = None
         self._law: ExplicitLaw | None = None
+        self._doubted = 0  # samples that are still not to be believed
         self._forget_flows()
 
     @property
@@ -143,13 +151,15 @@ class PublishedMethod:
         """The next sample; finite, and later than the one before."""
         before, law = self._last, self._law
         self._last = sample
+        position = position_of(sample, self._config.dimensions)
         if before is not None and law is not None:
             was, ahead = (of(before, self._config.dimensions) for of in (position_of, direction_of))
             law.step(was, ahead, before.time_s, sample.time_s - before.time_s)
-            if not law.diverged(sample.time_s):
+            if not law.diverged(position, sample.time_s, DIVERGED * self._high_mps):
                 return self._judge(sample.time_s, law)
+            self._doubted = DOUBT_SAMPLES
             self._forget_flows()
-        self._law = law = self._law_from(position_of(sample, self._config.dimensions))
+        self._law = law = self._law_from(position)
         return self._say(sample.time_s, law, Flag.FALSE_ALARM, nan)
 
     def _judge(self, time_s: float, law: ExplicitLaw) -> SpeedVerdict:
@@ -157,7 +167,11 @@ class PublishedMethod:
         normal = self._low_mps <= law.through_water_mps <= self._high_mps
         foreseen = self._foreseen.velocity_mps(law.flow, normal, time_s, law.estimated_position_m)
         flow_error = self._comparison.error(law.velocity_mps(time_s), foreseen)
-        return self._say(time_s, law, flag(flow_error, self._config.flow_error_max, normal), flow_error)
+        said = flag(flow_error, self._config.flow_error_max, normal)
+        if self._doubted > 0:
+            self._doubted -= 1
+            said = Flag.FALSE_ALARM
+        return self._say(time_s, law, said, flow_error)
 
     def _say(self, time_s: float, law: ExplicitLaw, said: Flag, flow_error: float) -> SpeedVerdict:
         speed_mps = law.through_water_mps

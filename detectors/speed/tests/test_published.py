@@ -128,11 +128,20 @@ def test_three_dimensions_have_their_down_component():
 
 def test_the_explicit_step_diverges_where_it_is_too_long_and_says_that_it_knows_nothing():
     said = judge(CONFIG, poses(1500, interval_s=5.0, turn_s=80.0))
-    assert sum(one.level is Level.NORMAL for one in said) < 100
+    assert all(one.level is Level.UNKNOWN for one in said[200:])
     assert all(np.isfinite([one.score, one.speed_mps, *one.flow_mps]).all() for one in said)
     restarted = [one for one in said[1:] if np.isnan(one.flow_error)]
     assert restarted
     assert all(one.flag == 2 and one.speed_mps == 1.0 for one in restarted)
+
+
+def test_after_a_leap_of_the_position_it_learns_anew():
+    samples = poses(1500)
+    leaping = samples[:500] + [replace(one, north_m=one.north_m + 1e5) for one in samples[500:]]
+    said = judge(CONFIG, leaping)
+    assert {one.level for one in said[501:700]} == {Level.UNKNOWN}
+    assert {one.level for one in said[1000:]} == {Level.NORMAL}
+    assert said[-1].speed_mps == pytest.approx(1.0, abs=0.02)
 
 
 @pytest.mark.parametrize("basis", [None, UNIFORM, BASIS, replace(BASIS, squared=True)])
