@@ -93,6 +93,7 @@ def measure(options: Options, jobs: int, console: Console) -> Figures:
         console.print(table(estimators))
     if options.missions:
         console.print(missions_table(names[0], by_kind[names[0]]), f"[dim]{TARGET}[/dim]")
+        console.print(_to_look_into(names[0], findings), soft_wrap=True)
     if rows:
         console.print(paper_table(rows))
     return Figures(options, estimators, by_kind, rows, findings)
@@ -158,6 +159,18 @@ def by_kind_of_mission(findings: list[Finding]) -> list[Score]:
 
 def _band(low_m: float, high_m: float) -> str:
     return f"noise from {low_m:g} m" if high_m == inf else f"noise {low_m:g} to {high_m:g} m"
+
+
+def _to_look_into(estimator: str, findings: list[Finding]) -> str:
+    """Seeds of the missions that went wrong."""
+    own = [one for one in findings if one.estimator == estimator and one.group == MISSIONS]
+    alarmed = sorted({one.seed for one in own if one.alarms})
+    missed = sorted({one.seed for one in own if one.loss and not one.alarms and one.delay_s is None})
+    return f"seeds with a false FAULT: {_listed(alarmed)}; with a loss not found: {_listed(missed)}"
+
+
+def _listed(seeds: list[int]) -> str:
+    return ", ".join(map(str, seeds)) or "none"
 
 
 def _ideal_s(finding: Finding) -> float:

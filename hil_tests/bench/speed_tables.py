@@ -10,7 +10,7 @@ from rich.table import Table
 
 from hil_tests.bench.speed_detection import Score
 
-FOUND = ("healthy,\nFAULT", "FAULTs\nan hour", "loss,\nearly", "loss,\nfound", "median\ns", "90 %\ns", "ideal\ns")
+FOUND = ("healthy\nFAULT", "FAULT\n/ h", "loss:\nearly", "found", "med.\ns", "90 %\ns", "ideal\ns")
 ERRORS = ("speed\nm/s", "speed\n%", "flow\nm/s", "flow\n%", "UNKN.\n%", "update\nus")
 
 
@@ -47,7 +47,7 @@ def _by_estimator(
 
 def _table(title: str, names: Sequence[str], headings: Sequence[str]) -> Table:
     """Narrow enough for a terminal of 80 columns."""
-    table = Table(title=title, box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    table = Table(title=title, box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False)
     for name in names:
         table.add_column(name, no_wrap=True)
     for heading in headings:
