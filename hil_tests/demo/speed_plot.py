@@ -123,7 +123,7 @@ def _draw_track(axes: Axes, story: SpeedStory) -> None:
     _draw_arrows(axes, _learnt_arrows(story), 1.0 / (ARROW_SHARE * width_m), MEASURED, 0.004, "flow, learnt")
     _mark_places(axes, story)
     axes.set_aspect("equal", adjustable="datalim")
-    axes.margins(0.1)
+    axes.margins(0.2)  # room for the arrows
     axes.set_xlabel("east, m")
     axes.set_ylabel("north, m")
     axes.legend(loc="upper left", framealpha=0.9, fontsize=9)
