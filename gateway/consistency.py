@@ -230,5 +230,5 @@ def _failsafe_problems(failsafe: Failsafe | None, tables: Mapping[str, Any]) -> 
         if action in SENDING_ACTIONS and MAVLINK not in tables:
             wanted = 'needs a [mavlink] table to reach the autopilot, else want "warn" or "none"'
             yield Problem(f"failsafe.{key}", action, wanted)
-    if "speed_fault" in failsafe.model_fields_set and "speed" not in tables:
+    if failsafe.speed_fault in SENDING_ACTIONS and "speed" not in tables:
         yield Problem("failsafe.speed_fault", failsafe.speed_fault, "means nothing without a table [speed]")

@@ -6,6 +6,7 @@ import json
 import logging
 import math
 import socket
+import time
 from collections.abc import AsyncIterator
 from dataclasses import replace
 from pathlib import Path
@@ -18,12 +19,12 @@ from threadpoolctl import threadpool_info, threadpool_limits
 from drivers.can.dronecan import EscStatus, encode_esc_status, encode_raw_command
 from drivers.clock import Clock
 from gateway import state
-from gateway.channel import ThrusterJudgement
+from gateway.channel import SpeedJudgement, ThrusterJudgement
 from gateway.config import Config, parse
 from gateway.findings import Finding
 from gateway.pipeline import Factories
 from gateway.run import run
-from gateway.tests.conftest import FULL_RPM, TWO_THRUSTERS, ThresholdDetector
+from gateway.tests.conftest import FULL_RPM, SPEED_WATCH, TWO_THRUSTERS, GroundSpeedDetector, ThresholdDetector
 
 PERIOD_S = 0.02
 STAND_INS = Factories(thruster=ThresholdDetector)
@@ -34,6 +35,8 @@ class Vehicle:
 
     def __init__(self, port: int) -> None:
         self.share = 1.0  # of its speed that thruster 2 still reaches
+        self.speed_mps = 1.0  # to the north
+        self._north_m, self._moved_s, self._start_s = 0.0, time.monotonic(), time.monotonic()
         self.bus = can.Bus(interface="virtual", channel="gateway tests")
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.socket.setblocking(False)
@@ -67,9 +70,18 @@ class Vehicle:
         pulses = [1500] * 8
         pulses[2] = round(1500 + 400 * fraction)
         self.send(dialect.MAVLink_servo_output_raw_message(n * 20_000 + 1, 0, *pulses, *[0] * 8))
+        if n % 5 == 0:
+            self.move()
         if n % 10 == 0:
             self.send(dialect.MAVLink_heartbeat_message(12, 3, 0x81, 19, 4, 3))
         self.receive()
+
+    def move(self) -> None:
+        now_s = time.monotonic()
+        self._north_m += self.speed_mps * (now_s - self._moved_s)
+        self._moved_s, boot_ms = now_s, round(1000.0 * (now_s - self._start_s)) + 1
+        self.send(dialect.MAVLink_attitude_message(boot_ms, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0))
+        self.send(dialect.MAVLink_local_position_ned_message(boot_ms, self._north_m, 0.0, 5.0, 1.0, 0.0, 0.0))
 
     def send(self, message: dialect.MAVLink_message) -> None:
         self.socket.sendto(message.pack(self.mavlink), self.gateway)
@@ -160,6 +172,24 @@ async def test_fault_on_the_bus_arrives_as_statustext_and_failsafe(live_config, 
     assert any(message.startswith("FAULT: T2 entangled?") for message in messages)
     assert "T2 failsafe hold: accepted" in messages
     assert [line["level"] for line in lines if line["text"] == "T2 failsafe hold: accepted"] == ["NORMAL"]
+
+
+async def test_slow_vehicle_is_told_and_its_normal_speed_kept(live_config, port, caplog):
+    caplog.set_level(logging.INFO, "gateway")
+    parts = parse(TWO_THRUSTERS + SPEED_WATCH.replace("[speed]", '[speed]\nposition = "local"'), Path("/nowhere"))
+    watching = replace(live_config, speed=parts.speed, detector=parts.detector)
+    stop, outcomes = asyncio.Event(), []
+    async with vehicle(port) as simulated:
+        factories = Factories(ThresholdDetector, GroundSpeedDetector)
+        running = asyncio.create_task(run(watching, observer=outcomes.append, stop=stop, factories=factories))
+        await until(lambda: sum(isinstance(outcome, SpeedJudgement) for outcome in outcomes) > 5)
+        simulated.speed_mps = 0.1
+        await until(lambda: any(text.startswith("Speed 0.1") for _, text in simulated.texts))
+        stop.set()
+        summary = await running
+    assert summary.levels["vehicle"].name == "FAULT"
+    assert sorted(state.load(live_config.files.state)) == ["thruster 1", "thruster 2", "vehicle"]
+    assert any("thrusters 1, 2 and speed over can0" in record.message for record in caplog.records)
 
 
 async def test_next_run_knows_what_the_last_one_learnt(live_config, port):

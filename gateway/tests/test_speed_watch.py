@@ -5,6 +5,7 @@ import random
 import re
 from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -33,6 +34,7 @@ from gateway.config import Config, parse
 from gateway.findings import Finding
 from gateway.pipeline import Arrival, Factories, Now, Pipeline
 from gateway.tests.conftest import FULL_RPM, SPEED_WATCH, TWO_THRUSTERS, GroundSpeedDetector, ThresholdDetector
+from gateway.wiring import mavlink_decoder
 
 START_S = 1.7e9
 RATE_HZ = 20
@@ -209,6 +211,29 @@ def test_readings_for_the_speed_watch_come_over_mavlink_only(speed_config):
     watched = watching(speed_config)
     shifted = [("can0" if link == "mavlink" else link, readings) for link, readings in sail(5.0)]
     assert judged(play(watched, shifted)) == []
+
+
+RECORDING = Path(__file__).parents[3] / "shared/data/ardusub_logs/small.tlog"
+
+
+def test_recorded_dive_with_an_underwater_gps_that_stood_still(tmp_path):
+    """A BlueROV2 whose acoustic positioning said one place all the time, with a good fix."""
+    if not RECORDING.exists():
+        pytest.skip(f"no recording at {RECORDING}: shared/data must lie beside the project's root")
+    servo = TWO_THRUSTERS.replace('"can0", esc_index = 0 }\nrpm', '"mavlink", servo_channel = 1 }\nahead = 1\nrpm', 1)
+    config = parse(servo + "[speed]\n", tmp_path)
+    decoder, watched = mavlink_decoder(config.mavlink, config.thruster), Pipeline(config)
+    data, start, outcomes = RECORDING.read_bytes(), 0, []
+    while start + 8 < len(data):
+        time_s, start = int.from_bytes(data[start : start + 8], "big") / 1e6, start + 8
+        size = data[start + 1] + (12 if data[start] == 0xFD else 8)
+        outcomes += watched.feed("mavlink", decoder.decode(data[start : start + size], time_s))
+        start += size
+    samples = [judgement.sample for judgement in judged(outcomes)]
+    assert len(samples) > 1000 and len({sample.north_m for sample in samples}) > 700  # of 792 local positions
+    assert {sample.command is None for sample in samples} == {False, True}
+    assert watched.drops()["position repeated"] > 900
+    assert faults(outcomes) == []
 
 
 # What was learnt ----------------------------------------------------------------------------------
