@@ -13,7 +13,7 @@ repeated positions, outliers, jumps, vehicles that make centimetres per second.
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Literal, get_args
 
 import numpy as np
@@ -21,7 +21,14 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from hil_tests.missions.course import KINDS, Course, Kind, random_course
-from hil_tests.missions.fixes import measured_headings, measured_positions, random_instants, random_sensors, wander
+from hil_tests.missions.fixes import (
+    Sensors,
+    measured_headings,
+    measured_positions,
+    random_instants,
+    random_sensors,
+    wander,
+)
 from hil_tests.missions.passage import Passage, remaining
 from hil_tests.missions.water import WaterKind, carry, integral, random_water
 
@@ -122,39 +129,45 @@ def random_mission(
     """
     _check(seed, loss, style, noise_m, rate_hz)
     # one stream each, so that a mission seen by another sensor, or in other water, is still the same
-    streams = np.random.default_rng([get_args(Style).index(style), seed]).spawn(3)
-    plan = _plan(streams[0], style, on_straight)
-    truth = _simulate(streams[1], plan, loss, on_straight)
-    rough = style == "rough"
-    noise_m, rate_hz = noise_m or plan.noise_m, rate_hz or plan.rate_hz
-    sensors = random_sensors(streams[2], noise_m, plan.duration_s, rough)
-    time_s = random_instants(streams[2], rate_hz, plan.duration_s, rough)
-    position_m, flow_mps = truth.at(time_s, truth.position_m), truth.at(time_s, truth.flow_mps)
-    heading_rad, speed_mps = truth.at(time_s, np.column_stack([truth.course.heading_rad, truth.speed_mps])).T
-    seen_m = measured_positions(streams[2], sensors, time_s, position_m)
+    plan_stream, truth_stream, sensor_stream = np.random.default_rng([get_args(Style).index(style), seed]).spawn(3)
+    plan = _plan(plan_stream, style, on_straight)
+    plan = replace(plan, noise_m=noise_m or plan.noise_m, rate_hz=rate_hz or plan.rate_hz)
+    truth = _simulate(truth_stream, plan, loss, on_straight)
+    sensors = random_sensors(sensor_stream, plan.noise_m, plan.duration_s, style == "rough")
+    time_s = random_instants(sensor_stream, plan.rate_hz, plan.duration_s, style == "rough")
     return Mission(
         seed=seed,
         style=style,
         kind=plan.kind,
-        time_s=time_s,
-        north_m=seen_m[:, 0],
-        east_m=seen_m[:, 1],
-        down_m=np.zeros(len(time_s)),
-        pitch_rad=np.zeros(len(time_s)),
-        heading_rad=measured_headings(streams[2], sensors, heading_rad),
-        true_position_m=position_m,
-        true_heading_rad=heading_rad,
-        true_speed_mps=speed_mps,
-        true_flow_mps=flow_mps,
         nominal_speed_mps=plan.speed_mps,
         speed_min_mps=(1.0 - NORMAL) * plan.speed_mps,
         speed_max_mps=(1.0 + NORMAL) * plan.speed_mps,
         loss=loss,
         onset_s=truth.onset_s if loss else float("nan"),
-        noise_m=noise_m,
-        rate_hz=rate_hz,
+        noise_m=plan.noise_m,
+        rate_hz=plan.rate_hz,
         drawn={**asdict(plan), **asdict(sensors)},
+        **_seen(sensor_stream, sensors, truth, time_s),
     )
+
+
+def _seen(rng: np.random.Generator, sensors: Sensors, truth: _Truth, time_s: FloatArray) -> dict[str, FloatArray]:
+    """The (N,) and (N, 2) of a mission: what is true at these instants, and what the sensors say."""
+    position_m = truth.at(time_s, truth.position_m)
+    heading_rad, speed_mps = truth.at(time_s, np.column_stack([truth.course.heading_rad, truth.speed_mps])).T
+    measured_m = measured_positions(rng, sensors, time_s, position_m)
+    return {
+        "time_s": time_s,
+        "north_m": measured_m[:, 0],
+        "east_m": measured_m[:, 1],
+        "down_m": np.zeros(len(time_s)),
+        "heading_rad": measured_headings(rng, sensors, heading_rad),
+        "pitch_rad": np.zeros(len(time_s)),
+        "true_position_m": position_m,
+        "true_heading_rad": heading_rad,
+        "true_speed_mps": speed_mps,
+        "true_flow_mps": truth.at(time_s, truth.flow_mps),
+    }
 
 
 def _check(seed: int, loss: float, style: str, noise_m: float | None, rate_hz: float | None) -> None:

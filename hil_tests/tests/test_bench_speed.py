@@ -15,7 +15,7 @@ from detectors.verdict import Level
 from hil_tests.bench import bench
 from hil_tests.bench.ideal import BEFORE_S, ideal_delay_s, regressors_of
 from hil_tests.bench.speed import DATA, by_kind_of_mission
-from hil_tests.bench.speed_detection import area_basis, judge, samples, score
+from hil_tests.bench.speed_detection import judge, samples, score
 from hil_tests.bench.speed_timing import plain_filter
 from hil_tests.bench.speed_ways import FINE, MISSIONS, RECORDED, judge_mission, judge_recording
 from hil_tests.missions import random_mission
@@ -145,13 +145,6 @@ def test_samples_are_what_the_sensors_say(lost):
     assert (seen[7].north_m, seen[7].east_m, seen[7].heading_rad) == (
         lost.north_m[7], lost.east_m[7], lost.heading_rad[7],
     )  # fmt: skip
-
-
-def test_the_published_methods_basis_covers_the_area(lost):
-    basis = area_basis(lost.true_position_m)
-    centres_m = np.array(basis.centres_m)
-    np.testing.assert_allclose(centres_m.min(axis=0), lost.true_position_m.min(axis=0))
-    np.testing.assert_allclose(centres_m.max(axis=0), lost.true_position_m.max(axis=0))
 
 
 def test_the_plain_filter_learns_the_speed():

@@ -32,7 +32,7 @@ def test_a_mission_is_its_seed(style):
 
 @pytest.mark.parametrize("style", STYLES)
 def test_the_way_is_the_integral_of_the_speed_along_the_heading_and_of_the_flow(style):
-    for seed in range(20):
+    for seed in range(8):
         mission = random_mission(seed, 0.3, style, rate_hz=10.0)
         time_s, speed_mps, heading_rad = mission.time_s, mission.true_speed_mps, mission.true_heading_rad
         ahead = np.column_stack([np.cos(heading_rad), np.sin(heading_rad)])
@@ -49,7 +49,7 @@ def test_the_way_is_the_integral_of_the_speed_along_the_heading_and_of_the_flow(
 
 @pytest.mark.parametrize("style", STYLES)
 def test_a_loss_is_of_its_size_from_its_onset_on(style):
-    for seed in range(20):
+    for seed in range(8):
         healthy, faulty = random_mission(seed, 0.0, style), random_mission(seed, 0.3, style)
         assert np.isnan(healthy.onset_s)
         last_s = healthy.drawn["duration_s"]
@@ -64,7 +64,7 @@ def test_a_loss_is_of_its_size_from_its_onset_on(style):
 
 @pytest.mark.parametrize("style", STYLES)
 def test_healthy_speeds_vary_by_a_few_percent(style):
-    for seed in range(30):
+    for seed in range(12):
         mission = random_mission(seed, style=style)
         ratio = mission.true_speed_mps / mission.nominal_speed_mps
         assert 0.9 < ratio.min() <= ratio.max() < 1.05
@@ -72,7 +72,7 @@ def test_healthy_speeds_vary_by_a_few_percent(style):
 
 
 def test_missions_fill_their_ranges():
-    missions = [random_mission(seed) for seed in range(60)]
+    missions = [random_mission(seed) for seed in range(40)]
     assert {mission.kind for mission in missions} == set(KINDS)
     assert {mission.drawn["water"] for mission in missions} == {"constant", "tidal", "spatial"}
     assert {mission.rate_hz for mission in missions} == {1.0, 2.0, 4.0, 5.0, 10.0}
@@ -81,16 +81,16 @@ def test_missions_fill_their_ranges():
         ([mission.nominal_speed_mps for mission in missions], SPEED_MPS),
         ([mission.time_s[-1] for mission in missions], DURATION_S),
     ):
-        assert low - 1.0 <= min(values) < low * 1.5
+        assert low - 1.0 <= min(values) < low * 1.6
         assert high * 0.8 < max(values) <= high
 
 
 def test_rough_missions_have_what_happens_as_well():
-    missions = [random_mission(seed, style="rough") for seed in range(80)]
+    missions = [random_mission(seed, style="rough") for seed in range(60)]
     assert {mission.drawn["water"] for mission in missions} == set(_KINDS)
     assert min(mission.nominal_speed_mps for mission in missions) < 0.1
     for name in ("correlated", "repeated", "outliers"):
-        assert 10 < sum(mission.drawn[name] > 0.0 for mission in missions) < 60, name
+        assert 8 < sum(mission.drawn[name] > 0.0 for mission in missions) < 60, name
     assert any(np.isfinite(mission.drawn["jump_s"]) for mission in missions)
     assert any(np.diff(mission.time_s).max() > 5.0 for mission in missions)
     assert all(np.all(np.diff(mission.time_s) > 0.0) for mission in missions)
@@ -116,7 +116,7 @@ def test_headings_are_off_by_noise_and_by_a_constant():
 
 
 def test_a_loss_on_a_straight_leg_begins_where_the_vehicle_does_not_turn():
-    for seed in range(20):
+    for seed in range(10):
         mission = random_mission(seed, 0.3, rate_hz=10.0, on_straight=True)
         assert mission.kind != "circle"
         around = np.abs(mission.time_s - mission.onset_s + 1.0) < 1.0
