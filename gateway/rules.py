@@ -12,8 +12,9 @@ from gateway.channel import Judgement, SpeedJudgement, ThrusterJudgement
 from gateway.config import Config
 from gateway.config_sections import MAVLINK
 from gateway.debounce import DebounceTimes
+from gateway.observation import Observation
 from gateway.silence import SilenceWatch, Watched
-from gateway.supervisor import Observation, Policy, Supervisor
+from gateway.supervisor import Policy, Supervisor
 
 # a link that flaps is said to be silent once, and to be back once it stays
 SILENCE_OVER_S = 3.0

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from detectors.verdict import Level
 from drivers.readings import LinkState
-from gateway.supervisor import Observation
+from gateway.observation import Observation
 
 # what has never been heard gets this long to begin: an autopilot boots for some seconds
 START_S = 5.0

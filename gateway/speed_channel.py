@@ -72,7 +72,8 @@ class SpeedChannel(Channel[PoseSample]):
         self._aligner = PoseAligner(PositionTrack(speed.position, speed.origin()), demand)
         self._detector = make(settings, None)
         self._remake = partial(make, settings)
-        self._meaning = _meaning(speed, pushing)
+        self._learns = settings.speed_curve is None and settings.speed_min_mps is None
+        self._meaning = _meaning(pushing)
         self._settings = f"{settings!r} {speed.model_dump_json()}"
 
     def accept(self) -> None:
@@ -89,13 +90,13 @@ class SpeedChannel(Channel[PoseSample]):
         return Learnt(self._meaning, self._settings, self._aligner.track.frame, self._detector)
 
     def recall(self, old: Learnt) -> bool:
-        """Other settings leave only the normal speed of what was learnt, other sources nothing."""
+        """Other settings leave only the normal speed, unless they give one themselves; other thrusters nothing."""
         if old.sources != self._meaning:
             return False
         if old.settings == self._settings:
             self._aligner.track.frame, self._detector = old.alignment, old.detector
         else:
-            self._detector = self._remake(old.detector.curve)
+            self._detector = self._remake(old.detector.curve if self._learns else None)
         return True
 
     def _align(self, reading: Reading) -> tuple[Sequence[PoseSample], str | None]:
@@ -129,7 +130,7 @@ def _signals(silent_s: float) -> tuple[Watched, Watched]:
     )
 
 
-def _meaning(speed: Speed, pushing: Sequence[Thruster]) -> str:
-    """What gives a learnt speed its meaning: the command that it belongs to, and the dive site."""
+def _meaning(pushing: Sequence[Thruster]) -> str:
+    """What gives a learnt speed its meaning: the command that it belongs to."""
     parts = [one.model_dump_json(include={"number", "command", "ahead", "right"}) for one in pushing]
-    return " ".join([SUBJECT, speed.model_dump_json(include={"position"}), *parts])
+    return " ".join([SUBJECT, *parts])

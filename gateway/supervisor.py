@@ -25,6 +25,7 @@ from gateway.autopilot import ArmedEdge, AutopilotWatch
 from gateway.debounce import Debounce, DebounceTimes, Event
 from gateway.failsafe import ACTIONS, Failsafe
 from gateway.findings import Finding
+from gateway.observation import Observation
 from gateway.severity import Severity
 
 Action = Finding | StatusText | CommandLong | CompanionHeartbeat
@@ -95,42 +96,6 @@ def diagram() -> str:
             said = "" if transition.say is Say.NOTHING else f" / say {transition.say.name.lower()}"
             lines.append(f"    {level.name} --> {transition.level.name}: {event}{said}")
     return "\n".join(lines)
-
-
-@dataclass(frozen=True, slots=True)
-class Observation:
-    """What a detector or a watch says of a subject at one instant.
-
-    Attributes:
-        time_s: instant.
-        detector: who says so: "thruster", "speed", "link", "signal".
-        subject: of what, as in the findings: "thruster 3", "vehicle", "link can0".
-        label: the same for a text: "T3", "Speed", "can0".
-        level: how bad it is.
-        score: dimensionless evidence, NaN where there is none.
-        trouble: what is wrong, e.g. "entangled?"; used only where the level is SUSPECT or FAULT.
-        details: evidence in pieces that can be left out from the end.
-    """
-
-    time_s: float
-    detector: str
-    subject: str
-    label: str
-    level: Level
-    score: float
-    trouble: str
-    details: tuple[str, ...] = ()
-
-    def text(self) -> str:
-        """The state in words."""
-        if self.level >= Level.SUSPECT:
-            return texts.fitted(f"{self.label} {self.trouble}", self.details)
-        word = "ok" if self.level is Level.NORMAL else "unknown"
-        return texts.fitted(f"{self.label} {word}", self.details, separator=": ")
-
-    def over_text(self) -> str:
-        """That it is over, in words."""
-        return texts.fitted(f"{self.label} ok again", self.details, separator=": ")
 
 
 @dataclass(frozen=True, slots=True)

@@ -100,7 +100,11 @@ def speed_words(level: Level, **fields: object) -> str:
             {"speed_mps": 0.01, "speed_min_mps": 0.016, "speed_max_mps": 0.026, "flow_mps": (0.0, 0.01)},
         ),
         ("Speed 0.52 m/s (flow 0.4 @ 090)", Level.FAULT, {"speed_mps": 0.52, "speed_min_mps": math.nan}),
-        ("Speed flow not as foreseen? (flow 0.4 @ 090)", Level.SUSPECT, {"speed_mps": math.nan, "reason": "flow not as foreseen"}),
+        (
+            "Speed flow not as foreseen? (flow 0.4 @ 090)",
+            Level.SUSPECT,
+            {"speed_mps": math.nan, "reason": "flow not as foreseen"},
+        ),
         ("Speed ok: 1.01 m/s", Level.NORMAL, {"speed_mps": 1.01}),
         ("Speed unknown: learning", Level.UNKNOWN, {"speed_mps": math.nan, "reason": "learning"}),
         ("Speed unknown", Level.UNKNOWN, {}),

@@ -247,16 +247,22 @@ def test_what_was_learnt_is_recalled_where_it_fits(speed_config):
     assert detector.samples > 15
 
 
-def test_other_settings_keep_the_normal_speed_and_other_thrusters_nothing(speed_config):
-    old = watching(speed_config)
+def with_settings(config: Config, **changes: object) -> Config:
+    changed = replace(config.detector.speed, **changes)
+    return replace(config, detector=replace(config.detector, speed=changed))
+
+
+def test_other_settings_keep_a_learnt_speed_but_not_against_a_given_one_and_other_thrusters_nothing(speed_config):
+    learning = with_settings(speed_config, speed_min_mps=None, speed_max_mps=None)
+    old = watching(learning)
     play(old, sail(5.0))
-    curve = SpeedCurve((0.5, 1.0), (0.7, 1.0))
+    curve, given = SpeedCurve((0.5, 1.0), (0.7, 1.0)), SpeedCurve((0.5,), (0.8,))
     old.learnt()["vehicle"].detector.curve = curve
-    settings_of_speed = replace(speed_config.detector.speed, tolerance=0.3)
-    other = watching(replace(speed_config, detector=replace(speed_config.detector, speed=settings_of_speed)))
-    assert other.recall(old.learnt()) == []
-    detector = other.learnt()["vehicle"].detector
-    assert (detector.curve, detector.samples) == (curve, 0)
+    for changes, kept in (({"tolerance": 0.3}, curve), ({"speed_curve": given}, None)):
+        other = watching(with_settings(learning, **changes))
+        assert other.recall(old.learnt()) == []
+        detector = other.learnt()["vehicle"].detector
+        assert (detector.curve, detector.samples) == (kept, 0)
     turned = speed_config.thruster[0].model_copy(update={"ahead": -1.0})
     rewired = replace(speed_config, thruster=(turned, speed_config.thruster[1]))
     assert watching(rewired).recall(old.learnt()) == ["vehicle"]  # the thruster itself is as it was

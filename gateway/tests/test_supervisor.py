@@ -12,8 +12,9 @@ from drivers.mavlink.messages import CompanionHeartbeat, StatusText
 from drivers.readings import AutopilotHeartbeat
 from gateway.debounce import Debounce, DebounceTimes, Event
 from gateway.findings import Finding
+from gateway.observation import Observation
 from gateway.severity import Severity
-from gateway.supervisor import TABLE, Observation, Policy, Say, Supervisor, diagram
+from gateway.supervisor import TABLE, Policy, Say, Supervisor, diagram
 
 AT_ONCE = DebounceTimes(0.0, 0.0, 0.0)
 
