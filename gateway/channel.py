@@ -113,6 +113,10 @@ class Channel(ABC, Generic[SampleT]):
         """The oldest judgements that were not taken yet, one for each of as many samples."""
         return (self._judged.popleft() for _ in range(samples))
 
+    def remark(self) -> str:
+        """What the summary of a run should say of it beside its level, e.g. where positions came from."""
+        return ""
+
     @abstractmethod
     def accept(self) -> None:
         """The operator says that the subject is well as it is."""

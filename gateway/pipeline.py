@@ -110,6 +110,11 @@ class Pipeline:
         """Level of every subject, as the pilot was told."""
         return self._supervisor.levels()
 
+    def remarks(self) -> dict[str, str]:
+        """What is worth saying of the subjects beside their levels."""
+        said = {subject: channel.remark() for subject, channel in self._channels.items()}
+        return {subject: remark for subject, remark in said.items() if remark}
+
     def drops(self) -> Counter[str]:
         """What was refused after decoding, by cause."""
         total = self._drops + self._timeline.drops

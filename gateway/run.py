@@ -231,6 +231,7 @@ class _Session:
             drops=drops,
             findings=self._counts,
             levels=self._pipeline.levels(),
+            remarks=self._pipeline.remarks(),
             unjudged=[subject for subject, newest in self._pipeline.newest.items() if newest is None],
         )
 

@@ -76,6 +76,11 @@ class SpeedChannel(Channel[PoseSample]):
         self._meaning = _meaning(pushing)
         self._settings = f"{settings!r} {speed.model_dump_json()}"
 
+    def remark(self) -> str:
+        """Where positions come from."""
+        source = self._aligner.track.source
+        return "no position that moves" if source is None else f"positions from {source}"
+
     def accept(self) -> None:
         """The present speed is normal from now on."""
         self._detector.accept()

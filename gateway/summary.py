@@ -20,6 +20,7 @@ class Summary:
         drops: what was thrown away, by link or stage, by cause.
         findings: number of findings by their level.
         levels: last level of every subject.
+        remarks: on subjects, beside their levels.
         unjudged: subjects of which there was never a sample.
     """
 
@@ -29,6 +30,7 @@ class Summary:
     drops: dict[str, Counter[str]] = field(default_factory=dict)
     findings: Counter[str] = field(default_factory=Counter)
     levels: dict[str, Level] = field(default_factory=dict)
+    remarks: dict[str, str] = field(default_factory=dict)
     unjudged: list[str] = field(default_factory=list)
 
     def lines(self) -> list[str]:
@@ -39,6 +41,7 @@ class Summary:
             *(f"dropped at {place}: {_listed(causes)}" for place, causes in self.drops.items() if causes),
             f"findings: {_listed(self.findings)}",
             f"levels: {_worst_first(self.levels)}",
+            *(f"{subject}: {remark}" for subject, remark in self.remarks.items()),
             *([f"never judged: {', '.join(self.unjudged)}"] if self.unjudged else []),
         ]
 

@@ -188,6 +188,7 @@ async def test_slow_vehicle_is_told_and_its_normal_speed_kept(live_config, port,
         stop.set()
         summary = await running
     assert summary.levels["vehicle"].name == "FAULT"
+    assert "vehicle: positions from LOCAL_POSITION_NED" in summary.lines()
     assert sorted(state.load(live_config.files.state)) == ["thruster 1", "thruster 2", "vehicle"]
     assert any("thrusters 1, 2 and speed over can0" in record.message for record in caplog.records)
 

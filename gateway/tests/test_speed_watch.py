@@ -67,6 +67,10 @@ def sail(
     return arrivals
 
 
+def later(arrivals: list[tuple[str, list]], by_s: float) -> list[tuple[str, list]]:
+    return [(link, [replace(one, time_s=one.time_s + by_s) for one in readings]) for link, readings in arrivals]
+
+
 def play(pipeline: Pipeline, arrivals: list[tuple[str, list]]) -> list:
     return [outcome for link, readings in arrivals for outcome in pipeline.feed(link, readings)]
 
@@ -151,6 +155,13 @@ def test_samples_carry_the_command_of_the_thrusters_that_drive_ahead(speed_confi
     samples = [judgement.sample for judgement in judged(outcomes)]
     assert {sample.command for sample in samples[5:]} == {0.5}
     assert [round((b.time_s - a.time_s) * 10) for a, b in pairwise(samples)] == [1] * (len(samples) - 1)
+
+
+def test_words_of_a_fault_from_onset_to_end(speed_config):
+    watched = watching(speed_config)
+    told = texts(play(watched, sail(12.0, fault_s=8.0)))
+    told += texts(play(watched, later(sail(8.0), 12.0)))
+    assert told == ["Speed 0.75 m/s, want 0.8-1.2 (flow 0.4 @ 090)", "Speed ok again: 1.00 m/s"]
 
 
 def test_failsafe_of_its_own(speed_config):
