@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import isfinite, sqrt
+from math import copysign, hypot
 
 from detectors.verdict import Level
 
-# Standard deviations that the speed is out of its range: a FAULT, a suspicion, and where a FAULT is over
-FAULT_AT, SUSPECT_AT, OVER_AT = 3.0, 2.0, -1.0
-# for so long without a break, and at so many positions
-LASTING_S, POSITIONS = 1.0, 3
+# A speed that is out of its range by z standard deviations is evidence of z^2 - 4 in a second: nothing up to two
+NOTHING_AT = 2.0
+MOST_AT = 6.0  # ... and not more than by six, however sure the estimator is
+FAULT_AT = 6.0  # so much evidence is a FAULT: three standard deviations for 1.2 s, two and a half for 2.7 s
+SUSPECT_AT = 3.0
+REMEMBERED = 2.0 * FAULT_AT
+LONGEST_S = 0.5  # one position is evidence for no more than this: seldom ones must agree, too
 # What no filter knows: that a healthy speed is not quite constant, nor the heading quite right; a share of the usual
 MODEL_ERROR = 0.01
-SCORE_MAX = 100.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,49 +39,40 @@ def weigh(ratio: float, error: float, low: float, high: float) -> Weight:
         error: its standard deviation.
         low, high: the normal range.
     """
-    spread = sqrt(error**2 + MODEL_ERROR**2)
+    spread = hypot(error, MODEL_ERROR)
     return Weight(max(low - ratio, ratio - high) / spread, spread > 0.5 * (high - low))
 
 
 class Evidence:
-    """Turns one weight after the other into levels; a FAULT stays until the speed is known to be back. Picklable."""
+    """Sums up one weight after the other; a FAULT stays until as much speaks against it. Picklable."""
 
     def __init__(self) -> None:
         self.level = Level.UNKNOWN
-        self.score = 0.0
-        self._since: dict[Level, tuple[float, int]] = {}
+        self._sum = 0.0
 
-    def take(self, time_s: float, weight: Weight) -> Level:
-        """The level after this one."""
-        deviations = weight.deviations if isfinite(weight.deviations) else 0.0
-        self.score = min(max(deviations / FAULT_AT, 0.0), SCORE_MAX)
-        fault = self._lasts(Level.FAULT, deviations >= FAULT_AT, time_s)
-        suspect = self._lasts(Level.SUSPECT, deviations >= SUSPECT_AT, time_s)
-        stays = self.level is Level.FAULT and (weight.uncertain or deviations > OVER_AT)
-        if fault or stays:
+    @property
+    def score(self) -> float:
+        """1.0 and more is a FAULT."""
+        return self._sum / FAULT_AT
+
+    def take(self, weight: Weight, interval_s: float) -> None:
+        """Takes a weight that stands for an interval."""
+        deviations = max(min(weight.deviations, MOST_AT), -MOST_AT)
+        if not (weight.uncertain and deviations < NOTHING_AT):  # what is not known speaks neither for nor against
+            change = copysign(deviations**2, deviations) - NOTHING_AT**2
+            self._sum = min(max(self._sum + change * min(interval_s, LONGEST_S), 0.0), REMEMBERED)
+        if self._sum >= FAULT_AT or (self.level is Level.FAULT and self._sum > 0.0):
             self.level = Level.FAULT
-        elif suspect:
+        elif self._sum >= SUSPECT_AT:
             self.level = Level.SUSPECT
         else:
             self.level = Level.UNKNOWN if weight.uncertain else Level.NORMAL
-        return self.level
 
-    def nothing(self) -> Level:
+    def nothing(self) -> None:
         """No speed, or no range to hold it against: a FAULT stays one, all else is unknown."""
-        self._since.clear()
-        self.score = 0.0 if self.level is not Level.FAULT else self.score
-        self.level = Level.FAULT if self.level is Level.FAULT else Level.UNKNOWN
-        return self.level
+        if self.level is not Level.FAULT:
+            self.clear()
 
     def clear(self) -> None:
         """Begins anew."""
-        self._since.clear()
-        self.level, self.score = Level.UNKNOWN, 0.0
-
-    def _lasts(self, level: Level, holds: bool, time_s: float) -> bool:
-        if not holds:
-            self._since.pop(level, None)
-            return False
-        since_s, count = self._since.get(level, (time_s, 0))
-        self._since[level] = since_s, count + 1
-        return time_s - since_s >= LASTING_S and count + 1 >= POSITIONS
+        self.level, self._sum = Level.UNKNOWN, 0.0

@@ -1,7 +1,7 @@
 """The default estimator: Kalman filters for calm water, changing water and a changing vehicle, that interact.
 
 A head current that sets in and a hull that is caught in weeds look the same on a straight course. One filter must
-call it one or the other, by its own settings; three of them, each with its own idea of what changes now, weigh the two
+call it one or the other, by its own settings; several of them, each with its own idea of what changes now, weigh the two
 against each other, and where the headings cannot tell, the doubt stays in the covariance of their mixture, until the
 vehicle turns. After H. A. P. Blom and Y. Bar-Shalom, The interacting multiple model algorithm for systems with
 Markovian switching coefficients, IEEE Transactions on Automatic Control 33 (1988).
@@ -10,7 +10,7 @@ Markovian switching coefficients, IEEE Transactions on Automatic Control 33 (198
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import sqrt
+from math import expm1, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,20 +34,28 @@ class Regime:
     flow: float
     speed: float
     lasts_s: float
-    leads_to: tuple[float, float, float]
+    leads_to: tuple[float, ...]
 
 
-# Healthy speeds waver by some per cent, currents turn over with the tide and vary over some hundred metres: calm. A
-# current sets in, or something catches the vehicle, within seconds; that is rare, and each is as likely as the other.
-REGIMES = (
-    Regime(flow=0.005, speed=0.002, lasts_s=400.0, leads_to=(0.0, 0.5, 0.5)),
-    Regime(flow=0.2, speed=0.002, lasts_s=3.0, leads_to=(0.8, 0.0, 0.2)),
-    Regime(flow=0.005, speed=0.2, lasts_s=3.0, leads_to=(0.8, 0.2, 0.0)),
-)
-LASTS_S = np.array([one.lasts_s for one in REGIMES])
-LEADS_TO = np.array([one.leads_to for one in REGIMES])  # (from, to)
-BEGIN_IN = (0.6, 0.2, 0.2)
+# Healthy speeds waver by some per cent and currents turn over with the tide: calm. The water may vary from place to
+# place, or a current set in within seconds; weeds may grow along, or a net be caught within seconds.
+REGIMES = {
+    "calm": Regime(flow=0.005, speed=0.002, lasts_s=400.0, leads_to=(0.0, 0.15, 0.15, 0.35, 0.35)),
+    "flow varies": Regime(flow=0.04, speed=0.002, lasts_s=40.0, leads_to=(0.5, 0.0, 0.1, 0.2, 0.2)),
+    "speed varies": Regime(flow=0.005, speed=0.05, lasts_s=20.0, leads_to=(0.5, 0.1, 0.0, 0.2, 0.2)),
+    "flow jumps": Regime(flow=0.1, speed=0.002, lasts_s=6.0, leads_to=(0.3, 0.4, 0.1, 0.0, 0.2)),
+    "speed jumps": Regime(flow=0.005, speed=0.1, lasts_s=6.0, leads_to=(0.3, 0.1, 0.4, 0.2, 0.0)),
+}
+BEGIN_IN = (0.3, 0.2, 0.2, 0.15, 0.15)
+LASTS_S = np.array([one.lasts_s for one in REGIMES.values()])
+LEADS_TO = np.array([one.leads_to for one in REGIMES.values()])  # (from, to)
 LEAST_PROBABILITY = 1e-6  # a regime that was ruled out long ago must be able to come back
+
+# Where the water changes on and on, an eddy that the vehicle circles in may pass for speed: after such water no speed
+# is known better than to this share, times the part of the last seconds in which it changed
+RESTLESS = np.array([name.startswith("flow") for name in REGIMES], dtype=np.float64)
+RESTLESS_ERROR = 0.15
+RESTLESS_S = 30.0
 
 # Standard deviations at the start, in shares of the speed scale
 SPEED_AT_START = 0.6
@@ -56,6 +64,8 @@ ASIDE_AT_START = 0.3  # speed to the right at full sideways thrust
 SLIP_AT_START = 0.1  # speed to the right at 1 rad/s of yaw rate, times 1 s
 SLIP_WALK = 0.002  # per square root of a second
 
+# How far the first position may be off, as the way of so many seconds: it says nothing yet, the second one does
+ANYWHERE_S = 1e3
 LONGEST_S = 1e4  # a gap beyond which it makes no difference how long it was
 
 
@@ -74,6 +84,7 @@ class InteractingEstimator:
 
     def __init__(self, dimensions: int, speed_scale_mps: float, flow_error_mps: float | None = None) -> None:
         d = self._d = dimensions
+        self._scale = speed_scale_mps
         size, filters = 2 * d + 3, len(REGIMES)
         flow_mps = FLOW_AT_START * speed_scale_mps if flow_error_mps is None else flow_error_mps
         others = (SPEED_AT_START, ASIDE_AT_START, SLIP_AT_START, *[flow_mps / speed_scale_mps] * d)
@@ -83,11 +94,13 @@ class InteractingEstimator:
         self._covariance = np.tile(np.diag(start**2), (filters, 1, 1))
         self._probability = np.array(BEGIN_IN)
         # a model that is good to some cm/s leaves no room for a current that sets in with more
-        limit = min(1.0, flow_mps / (speed_scale_mps * REGIMES[1].flow * sqrt(REGIMES[1].lasts_s)))
-        walks = np.array([(one.speed, 0.0, SLIP_WALK, *[limit * one.flow] * d) for one in REGIMES])
+        jump = REGIMES["flow jumps"]
+        limit = min(1.0, flow_mps / (speed_scale_mps * jump.flow * sqrt(jump.lasts_s)))
+        walks = np.array([(one.speed, 0.0, SLIP_WALK, *[limit * one.flow] * d) for one in REGIMES.values()])
         self._walk2 = (walks * speed_scale_mps) ** 2  # (filters, d + 3) variance that each second adds
         self._diagonal = np.arange(d, size)
         self._position_m = np.zeros(d)
+        self._restless = 0.0
 
     def begin(self, position_m: FloatArray, time_s: float) -> None:
         """See `Estimator`."""
@@ -95,6 +108,8 @@ class InteractingEstimator:
         self._state[:, : self._d] = 0.0
         self._covariance[:, : self._d, :] = 0.0
         self._covariance[:, :, : self._d] = 0.0
+        position = np.arange(self._d)
+        self._covariance[:, position, position] = (ANYWHERE_S * self._scale) ** 2
 
     def idle(self, interval_s: float) -> None:
         """See `Estimator`."""
@@ -118,6 +133,9 @@ class InteractingEstimator:
         self._probability = weight / weight.sum()
         self._state[:, : self._d] -= moved
         self._position_m = step.position_m
+        self._restless += (float(self._probability @ RESTLESS) - self._restless) * -expm1(
+            -step.interval_s / RESTLESS_S
+        )
         return self._estimate()
 
     def _mix(self, interval_s: float) -> FloatArray:
@@ -169,9 +187,10 @@ class InteractingEstimator:
         d, weight = self._d, self._probability
         mean = weight @ self._state
         variance = weight @ (self._covariance.diagonal(axis1=1, axis2=2) + (self._state - mean) ** 2)
+        restless_mps = RESTLESS_ERROR * self._restless * self._scale
         return Estimate(
             speed_mps=float(mean[d]),
-            speed_error_mps=sqrt(max(float(variance[d]), 0.0)),
+            speed_error_mps=sqrt(max(float(variance[d]), 0.0) + restless_mps**2),
             flow_mps=mean[d + 3 :],
             flow_error_mps=sqrt(max(float(variance[d + 3 :].max()), 0.0)),
         )

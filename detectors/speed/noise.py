@@ -13,7 +13,8 @@ from scipy.stats import chi2
 FloatArray = NDArray[np.float64]
 
 POSITIONS = 101  # that the scatter is taken from
-LEAST = 8  # before these it is not known
+LEAST = 12  # before these it is not known
+DOUBT = 3.0  # the fewer, the more may be missing: so many more of a hundred per cent, divided by their number
 # A quantised or filtered position may not scatter at all. What the model of the way leaves out in one step, an arc
 # that is none and a heading that is late, is about this long, as the way made in so many seconds.
 FLOOR_S = 0.01
@@ -58,7 +59,8 @@ class PositionNoise:
             return
         change = left_m - before
         self._append(float(change @ change))
-        self._learnt_m = sqrt(self._sorted[len(self._sorted) // 2] / self._median)
+        doubt = 1.0 + DOUBT / len(self._sorted)
+        self._learnt_m = doubt * sqrt(self._sorted[len(self._sorted) // 2] / self._median)
 
     def _append(self, square: float) -> None:
         if len(self._squares) == POSITIONS:

@@ -31,7 +31,8 @@ FloatArray = NDArray[np.float64]
 GAP_S = 20.0  # after so long without a sample, or without a position to believe, the way in between is not known
 WELL_KNOWN = 0.06  # a speed with an error up to this share of the usual one is good enough to learn from
 ACCEPTABLE = 0.2  # an operator who accepts a speed that is known less well accepts whatever will be learnt next
-UNCERTAIN_START_S = 0.5  # a position noise that is not known yet, as the way of so many seconds
+START_S = 15.0  # what is learnt first is not judged
+ADAPTIVE_NOISE = 0.05  # position noise may make the adaptive law's speed waver by this share; it slows down for it
 STRAIGHT = 0.02  # a spread of the headings below this is a straight course
 
 
@@ -45,6 +46,7 @@ def new_estimator(config: SpeedConfig) -> Estimator:
             gain=config.gain,
             speed_mps=scale_mps,
             speed_limit_mps=config.speed_limit_mps,
+            speed_noise_max_mps=ADAPTIVE_NOISE * scale_mps,
         )
     if config.estimator == "kalman":
         return KalmanEstimator(
@@ -73,6 +75,7 @@ class ObservedMethod:
         self._config = config
         self.normal = NormalSpeed(config, curve)
         self.refused: Counter[str] = Counter()
+        self._learnt_s = 0.0
         self._estimator = new_estimator(config)
         self._way = Way(config.dimensions, config.surge_time_s)
         self._noise = PositionNoise(config.position_noise_m, config.speed_scale_mps, config.dimensions)
@@ -94,7 +97,8 @@ class ObservedMethod:
         if last is None or sample.time_s - last.time_s > GAP_S:
             self.normal.follow(sample.command, 0.0)
             self._begin(sample, position_m)
-            return self._verdict(sample, nan, self._evidence.nothing(), "learning")
+            self._evidence.nothing()
+            return self._verdict(sample, nan, self._evidence.level, "learning")
         self.normal.follow(last.command, sample.time_s - last.time_s)
         self._way.extend(sample, self.normal.share())
         if np.array_equal(position_m, position_of(last, self._config.dimensions)):
@@ -120,21 +124,25 @@ class ObservedMethod:
         if isfinite(self._believed_s):
             self._estimator.idle(sample.time_s - self._believed_s)
         self._way.begin(sample, self.normal.share())
-        self._noise.interrupt()
         self._believed_s, self._believed_m = sample.time_s, position_m
-        self._relative_m = np.zeros_like(position_m)
-        self._estimator.begin(self._relative_m, sample.time_s)
+        self._relative_m = position_m
+        self._estimator.begin(position_m, sample.time_s)
 
     def _take(self, sample: PoseSample, position_m: FloatArray) -> None:
         """A new position: believed or not."""
         interval_s = sample.time_s - self._believed_s
         if interval_s > GAP_S:
             self.refused["no position to go on from"] += 1
+            self._noise.interrupt()
             self._begin(sample, position_m)
             return
         moved_m = position_m - self._believed_m - self._carried_m(sample.time_s, position_m)
         left_m = moved_m - self._foreseen_m(interval_s)
-        match self._gate.judge(left_m, self._spread_m(interval_s)) if self._noise.known else Fate.TAKEN:
+        if not self._noise.known:
+            self._noise.take(left_m)
+            self._begin(sample, position_m)
+            return
+        match self._gate.judge(left_m, self._spread_m(interval_s)):
             case Fate.TAKEN:
                 self._noise.take(left_m)
                 self._believe(sample, position_m, moved_m)
@@ -143,6 +151,7 @@ class ObservedMethod:
                 self._noise.interrupt()
             case Fate.JUMP:
                 self.refused["position jumped"] += 1
+                self._noise.interrupt()
                 self._begin(sample, position_m)
 
     def _foreseen_m(self, interval_s: float) -> FloatArray:
@@ -169,15 +178,17 @@ class ObservedMethod:
     def _model_mps(self, time_s: float, position_m: FloatArray) -> FloatArray:
         """(D,) the flow of the outside model; zero where there is none, or it says nothing."""
         model = self._config.flow_model
-        if model is None:
-            return np.zeros_like(position_m)
-        said = model.velocity_mps(time_s, position_m)
-        return said if np.isfinite(said).all() else np.zeros_like(position_m)
+        flow_mps = np.zeros_like(position_m)
+        if model is not None:
+            down_m = 0.0 if self._last is None else self._last.down_m
+            said = model.velocity_mps(time_s, np.array((position_m[0], position_m[1], down_m)))[: len(flow_mps)]
+            if np.isfinite(said).all():
+                flow_mps[: len(said)] = said
+        return flow_mps
 
     def _believe(self, sample: PoseSample, position_m: FloatArray, moved_m: FloatArray) -> None:
         interval_s = sample.time_s - self._believed_s
         self._relative_m = self._relative_m + moved_m
-        noise_m = self._noise.deviation_m if self._noise.known else UNCERTAIN_START_S * self._config.speed_scale_mps
         step = Step(
             time_s=sample.time_s,
             interval_s=interval_s,
@@ -185,13 +196,14 @@ class ObservedMethod:
             ahead_s=self._way.ahead_s,
             aside_s=self._way.aside_s,
             turned=self._way.turned,
-            position_noise_m=noise_m,
+            position_noise_m=self._noise.deviation_m,
         )
         self._excitation.take(step.ahead_s, interval_s)
         self._estimate = self._estimator.update(step)
         self._believed_s, self._believed_m = sample.time_s, position_m
         self._way.restart()
-        if self._noise.known:
+        self._learnt_s += interval_s
+        if self._learnt_s >= START_S:
             self._weigh(interval_s, self._estimate)
 
     def _weigh(self, interval_s: float, estimate: Estimate) -> None:
@@ -199,7 +211,7 @@ class ObservedMethod:
         ratio, error = estimate.speed_mps / self.normal.reference_mps, self._error(estimate)
         normal = self.normal.range()
         if normal is not None and not self.normal.stopped:
-            self._evidence.take(self._believed_s, weigh(ratio, error, normal.low, normal.high))
+            self._evidence.take(weigh(ratio, error, normal.low, normal.high), interval_s)
             return
         self._evidence.nothing()
         if error < WELL_KNOWN and self._evidence.level is not Level.FAULT:
