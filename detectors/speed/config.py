@@ -60,7 +60,7 @@ class SpeedConfig:
     position_noise_m: float | None = None
     dimensions: Literal[2, 3] = 2
     speed_curve: SpeedCurve | None = None
-    surge_time_s: float = 3.0
+    surge_time_s: float = 1.0
 
     def __post_init__(self) -> None:
         for name in ("learning_rate", "gain", "flow_model_error_mps", "surge_time_s"):

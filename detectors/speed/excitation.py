@@ -18,8 +18,8 @@ class Excitation:
     """Spread of the ways through the water: 1 - |mean|^2 / mean square, forgotten exponentially. Picklable.
 
     A constant flow and a speed are told apart by the ways that differ from their mean; the information about the
-    speed is proportional to this spread: the Schur complement of the flow in the matrix of paper 002, equation 15, for
-    a uniform flow.
+    speed is proportional to this spread: the Schur complement of the flow in the matrix of paper 002, equation 15,
+    for a uniform flow.
 
     Args:
         dimensions: D.

@@ -1,9 +1,9 @@
 """The default estimator: Kalman filters for calm water, changing water and a changing vehicle, that interact.
 
 A head current that sets in and a hull that is caught in weeds look the same on a straight course. One filter must
-call it one or the other, by its own settings; several of them, each with its own idea of what changes now, weigh the two
-against each other, and where the headings cannot tell, the doubt stays in the covariance of their mixture, until the
-vehicle turns. After H. A. P. Blom and Y. Bar-Shalom, The interacting multiple model algorithm for systems with
+call it one or the other, by its own settings; several of them, each with its own idea of what changes now, weigh the
+two against each other, and where the headings cannot tell, the doubt stays in the covariance of their mixture, until
+the vehicle turns. After H. A. P. Blom and Y. Bar-Shalom, The interacting multiple model algorithm for systems with
 Markovian switching coefficients, IEEE Transactions on Automatic Control 33 (1988).
 """
 
@@ -61,7 +61,7 @@ RESTLESS_S = 30.0
 SPEED_AT_START = 0.6
 FLOW_AT_START = 1.5
 ASIDE_AT_START = 0.3  # speed to the right at full sideways thrust
-SLIP_AT_START = 0.1  # speed to the right at 1 rad/s of yaw rate, times 1 s
+SLIP_AT_START = 10.0  # speed to the right at 1 rad/s of yaw rate: half a hull's length, in seconds of its way
 SLIP_WALK = 0.002  # per square root of a second
 
 # How far the first position may be off, as the way of so many seconds: it says nothing yet, the second one does

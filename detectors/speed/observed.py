@@ -31,6 +31,7 @@ FloatArray = NDArray[np.float64]
 GAP_S = 20.0  # after so long without a sample, or without a position to believe, the way in between is not known
 WELL_KNOWN = 0.06  # a speed with an error up to this share of the usual one is good enough to learn from
 ACCEPTABLE = 0.2  # an operator who accepts a speed that is known less well accepts whatever will be learnt next
+SURGE_ERROR = 0.3  # of the part of a change of speed that is still to come: hulls follow as a lag only roughly
 START_S = 15.0  # what is learnt first is not judged
 ADAPTIVE_NOISE = 0.05  # position noise may make the adaptive law's speed waver by this share; it slows down for it
 STRAIGHT = 0.02  # a spread of the headings below this is a straight course
@@ -208,7 +209,8 @@ class ObservedMethod:
 
     def _weigh(self, interval_s: float, estimate: Estimate) -> None:
         """Holds a new estimate against what is normal, or learns what is normal from it."""
-        ratio, error = estimate.speed_mps / self.normal.reference_mps, self._error(estimate)
+        surging = SURGE_ERROR * abs(self.normal.share() - self._way.share)
+        ratio, error = estimate.speed_mps / self.normal.reference_mps, hypot(self._error(estimate), surging)
         normal = self.normal.range()
         if normal is not None and not self.normal.stopped:
             self._evidence.take(weigh(ratio, error, normal.low, normal.high), interval_s)
