@@ -31,6 +31,8 @@ FloatArray = NDArray[np.float64]
 GAP_S = 20.0  # after so long without a sample, or without a position to believe, the way in between is not known
 WELL_KNOWN = 0.06  # a speed with an error up to this share of the usual one is good enough to learn from
 ACCEPTABLE = 0.2  # an operator who accepts a speed that is known less well accepts whatever will be learnt next
+SUDDEN = 0.5  # share of the speed scale that speed or flow may change by in a second, and a position is still believed
+FORGET_S = 1e4  # where positions went on contradicting what was learnt, it counts as old as this
 SURGE_ERROR = 0.3  # of the part of a change of speed that is still to come: hulls follow as a lag only roughly
 START_S = 15.0  # what is learnt first is not judged
 ADAPTIVE_NOISE = 0.05  # position noise may make the adaptive law's speed waver by this share; it slows down for it
@@ -136,6 +138,7 @@ class ObservedMethod:
             self.refused["no position to go on from"] += 1
             self._noise.interrupt()
             self._begin(sample, position_m)
+            self._estimator.idle(FORGET_S)
             return
         moved_m = position_m - self._believed_m - self._carried_m(sample.time_s, position_m)
         left_m = moved_m - self._foreseen_m(interval_s)
@@ -167,7 +170,8 @@ class ObservedMethod:
             return inf
         by_speed = self._error(self._estimate) * self.normal.reference_mps * float(np.linalg.norm(self._way.ahead_s))
         by_flow = self._estimate.flow_error_mps * interval_s if isfinite(self._estimate.flow_error_mps) else 0.0
-        return hypot(sqrt(2.0) * self._noise.deviation_m, by_speed, by_flow)
+        by_change = SUDDEN * self._config.speed_scale_mps * interval_s**1.5
+        return hypot(sqrt(2.0) * self._noise.deviation_m, by_speed, by_flow, by_change)
 
     def _carried_m(self, time_s: float, position_m: FloatArray) -> FloatArray:
         """(D,) how far the flow of the outside model has carried the vehicle since the last believed position."""
