@@ -116,8 +116,7 @@ class ObservedMethod:
         if estimate is not None and self._error(estimate) < ACCEPTABLE and estimate.speed_mps > 0.0:
             ratio = estimate.speed_mps / self.normal.reference_mps
             self.normal.accept(ratio)
-            self._estimator.rescale(1.0 / ratio)
-            self._estimate = replace(estimate, speed_mps=self.normal.reference_mps)
+            self._rescale(1.0 / ratio, estimate)
         else:
             self.normal.forget()
         self._evidence.clear()
@@ -223,7 +222,17 @@ class ObservedMethod:
         if error < WELL_KNOWN and self._evidence.level is not Level.FAULT:
             factor = self.normal.learn(ratio, interval_s)
             if factor != 1.0:
-                self._estimator.rescale(factor)
+                self._rescale(factor, estimate)
+
+    def _rescale(self, factor: float, estimate: Estimate) -> None:
+        """The normal speed is another: the vehicle's is the same, in other shares."""
+        self._estimator.rescale(factor)
+        self._way.rescale(1.0 / factor)
+        self._estimate = replace(
+            estimate,
+            speed_mps=factor * estimate.speed_mps,
+            speed_error_mps=factor * estimate.speed_error_mps,
+        )
 
     def _error(self, estimate: Estimate) -> float:
         """Standard deviation of the speed, as a share of the reference."""

@@ -45,6 +45,10 @@ class Way:
         self.share, self._side_share = share, sample.sideways
         self.restart()
 
+    def rescale(self, factor: float) -> None:
+        """The reference speed is another: the same share is so many times the number that it was."""
+        self.share *= factor
+
     def extend(self, sample: PoseSample, share: float) -> None:
         """Goes on to a later sample.
 
