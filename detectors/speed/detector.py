@@ -55,8 +55,7 @@ class SpeedDetector:
 
     def accept(self) -> None:
         """An operator's act: the vehicle is as it should be. A fault is over, its present speed is the normal one."""
-        if isinstance(self._method, ObservedMethod):
-            self._method.accept()
+        self._method.accept()
 
     def update(self, sample: PoseSample) -> SpeedVerdict:
         """Judge the next sample. Never raises on data.

@@ -162,6 +162,14 @@ class PublishedMethod:
         self._law = law = self._law_from(position)
         return self._say(sample.time_s, law, Flag.FALSE_ALARM, nan)
 
+    def accept(self) -> None:
+        """Not in the paper: the normal range is about the present speed from now on, where that is ahead at all."""
+        if self._law is None or self._law.through_water_mps <= 0.0:
+            return
+        ratio = self._law.through_water_mps / (0.5 * (self._low_mps + self._high_mps))
+        self._low_mps, self._high_mps = ratio * self._low_mps, ratio * self._high_mps
+        self._forget_flows()
+
     def _judge(self, time_s: float, law: ExplicitLaw) -> SpeedVerdict:
         """Algorithm 2."""
         normal = self._low_mps <= law.through_water_mps <= self._high_mps
