@@ -131,6 +131,10 @@ def _whole_turns_added(sample: PoseSample) -> PoseSample:
     return replace(sample, heading_rad=sample.heading_rad - 100.0 * pi)
 
 
+def _mirrored(sample: PoseSample) -> PoseSample:
+    return replace(sample, east_m=-sample.east_m, heading_rad=-sample.heading_rad, sideways=-sample.sideways)
+
+
 def _quarter_turned(sample: PoseSample) -> PoseSample:
     turned_rad = sample.heading_rad + 0.5 * pi
     return replace(sample, north_m=-sample.east_m, east_m=sample.north_m, heading_rad=turned_rad)
@@ -152,7 +156,12 @@ def _speed(name: str, config: SpeedConfig, *, unjudged: int = _START, **dive: An
         warmup=unjudged,
         measured=("time_s", "north_m", "east_m", "heading_rad", "down_m", "pitch_rad"),
         exactly={"epoch": _later, **unseen},
-        nearly={"origin": _far_away, "axes": _quarter_turned, "whole turns": _whole_turns_added},
+        nearly={
+            "origin": _far_away,
+            "axes": _quarter_turned,
+            "left for right": _mirrored,
+            "whole turns": _whole_turns_added,
+        },
         garbage=lambda time_s, values: PoseSample(time_s, *values[:7].tolist()),
     )
 
