@@ -9,11 +9,10 @@ from detectors.verdict import Level
 
 # A speed that is out of its range by z standard deviations is evidence of z^2 - 4 in a second: nothing up to two
 NOTHING_AT = 2.0
-MOST_AT = 6.0  # ... and not more than by six, however sure the estimator is
-FAULT_AT = 6.0  # so much evidence is a FAULT: three standard deviations for 1.2 s, two and a half for 2.7 s
-SUSPECT_AT = 3.0
+FAULT_AT = 4.0  # so much evidence is a FAULT: three standard deviations for one second, two and a half for two
+SUSPECT_AT = 2.0
 REMEMBERED = 2.0 * FAULT_AT
-LONGEST_S = 0.5  # one position is evidence for no more than this: seldom ones must agree, too
+MOST = 0.5 * FAULT_AT  # that one estimate is evidence for, however far off it is: two must agree
 # What no filter knows: that a healthy speed is not quite constant, nor the heading quite right; a share of the usual
 MODEL_ERROR = 0.01
 
@@ -57,16 +56,17 @@ class Evidence:
 
     def take(self, weight: Weight, interval_s: float) -> None:
         """Takes a weight that stands for an interval."""
-        deviations = max(min(weight.deviations, MOST_AT), -MOST_AT)
-        if not (weight.uncertain and deviations < NOTHING_AT):  # what is not known speaks neither for nor against
-            change = copysign(deviations**2, deviations) - NOTHING_AT**2
-            self._sum = min(max(self._sum + change * min(interval_s, LONGEST_S), 0.0), REMEMBERED)
+        if not weight.uncertain:  # what is not known speaks neither for nor against
+            square = copysign(weight.deviations**2, weight.deviations) - NOTHING_AT**2
+            change = max(min(square * interval_s, MOST), -MOST)
+            self._sum = min(max(self._sum + change, 0.0), REMEMBERED)
         if self._sum >= FAULT_AT or (self.level is Level.FAULT and self._sum > 0.0):
             self.level = Level.FAULT
         elif self._sum >= SUSPECT_AT:
             self.level = Level.SUSPECT
         else:
-            self.level = Level.UNKNOWN if weight.uncertain else Level.NORMAL
+            in_doubt = weight.uncertain or weight.deviations > 0.0
+            self.level = Level.UNKNOWN if in_doubt else Level.NORMAL
 
     def nothing(self) -> None:
         """No speed, or no range to hold it against: a FAULT stays one, all else is unknown."""

@@ -9,6 +9,7 @@ from math import hypot, inf, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
+from detectors.speed.averaging import Averaging
 from detectors.speed.config import SpeedConfig
 from detectors.speed.estimate import Estimate, Step
 from detectors.speed.gate import Fate, PositionGate
@@ -27,7 +28,7 @@ SUDDEN = 0.5  # share of the speed scale that speed or flow may change by in a s
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Beginning:
-    """A position without a step to it.
+    """A mean position without a step to it.
 
     Attributes:
         time_s, position_m: of the (D,) position.
@@ -61,6 +62,8 @@ class Follower:
         self._noise = PositionNoise(config.position_noise_m, config.speed_scale_mps, config.dimensions)
         self._gate = PositionGate()
         self._believed_m = np.zeros(config.dimensions)
+        self._averaging = Averaging(config.dimensions)
+        self._idle_s = 0.0  # that was not told yet
         self._carried_m = np.zeros(config.dimensions)  # by the flow that is known from elsewhere, since the beginning
         self._last: PoseSample | None = None
 
@@ -80,7 +83,8 @@ class Follower:
         last, self._last = self._last, sample
         position_m = position_of(sample, self._dimensions)
         if last is None or sample.time_s - last.time_s > GAP_S:
-            return self._begin(sample, share, position_m)
+            self._begin(sample, share, position_m)
+            return None
         self.way.extend(sample, share)
         if np.array_equal(position_m, position_of(last, self._dimensions)):
             self.refused["position repeated"] += 1
@@ -88,7 +92,8 @@ class Follower:
         if sample.time_s - self.believed_s > GAP_S:
             self.refused["no position to go on from"] += 1
             self._noise.interrupt()
-            return self._begin(sample, share, position_m, FORGET_S)
+            self._begin(sample, share, position_m, FORGET_S)
+            return None
         return self._judge(sample, share, position_m, estimate)
 
     def _judge(
@@ -101,41 +106,39 @@ class Follower:
         left_m = position_m - self._believed_m - carried_m - self._foreseen_m(interval_s, estimate)
         if not self._noise.known:
             self._noise.take(left_m)
-            return self._begin(sample, share, position_m)
+            self._begin(sample, share, position_m)
+            return None
         match self._gate.judge(left_m, self._spread_m(interval_s, estimate)):
             case Fate.TAKEN:
                 self._noise.take(left_m)
-                return self._step(sample, position_m, carried_m)
+                return self._believe(sample, position_m, carried_m)
             case Fate.JUMP:
                 self.refused["position jumped"] += 1
-                self._noise.interrupt()
-                return self._begin(sample, share, position_m)
+                self._begin(sample, share, position_m)
             case Fate.OUTLIER:
                 self.refused["position outlier"] += 1
-                self._noise.interrupt()
-                return None
+        self._noise.interrupt()
+        return None
 
-    def _begin(self, sample: PoseSample, share: float, position_m: FloatArray, forget_s: float = 0.0) -> Beginning:
-        idle_s = sample.time_s - self.believed_s + forget_s if self.believed_s > -inf else 0.0
+    def _begin(self, sample: PoseSample, share: float, position_m: FloatArray, forget_s: float = 0.0) -> None:
+        """The first position, the first after a gap, or the first of another frame."""
+        if self.believed_s > -inf:
+            self._idle_s += sample.time_s - self.believed_s + forget_s
         self.way.begin(sample, share)
         self.believed_s, self._believed_m = sample.time_s, position_m
         self._carried_m = np.zeros_like(position_m)
-        return Beginning(sample.time_s, position_m, idle_s)
+        self._averaging.begin(position_m, sample.time_s)
 
-    def _step(self, sample: PoseSample, position_m: FloatArray, carried_m: FloatArray) -> Step:
+    def _believe(self, sample: PoseSample, position_m: FloatArray, carried_m: FloatArray) -> Step | Beginning | None:
         self._carried_m = self._carried_m + carried_m
-        step = Step(
-            time_s=sample.time_s,
-            interval_s=sample.time_s - self.believed_s,
-            position_m=position_m - self._carried_m,
-            ahead_s=self.way.ahead_s,
-            aside_s=self.way.aside_s,
-            turned=self.way.turned,
-            position_noise_m=self._noise.deviation_m,
-        )
+        noise_m = self._noise.deviation_m, self._noise.least_m
+        step = self._averaging.take(sample.time_s, position_m - self._carried_m, self.way, noise_m)
         self.believed_s, self._believed_m = sample.time_s, position_m
         self.way.restart()
-        return step
+        if step is None or isinstance(step, Step):
+            return step
+        idle_s, self._idle_s = self._idle_s, 0.0
+        return Beginning(sample.time_s, step, idle_s)
 
     def _foreseen_m(self, interval_s: float, estimate: Estimate | None) -> FloatArray:
         """(D,) the way since the last believed position by what is known; without what is known from elsewhere."""

@@ -22,29 +22,33 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Regime:
-    """What changes, and how fast, as random walks; in shares of the vehicle's speed scale.
+    """What changes, and how fast, as random walks; in shares of the speed scale, per square root of a second.
 
     Attributes:
-        flow: of each component of the flow, per square root of a second.
-        speed: of the speed through the water, likewise.
+        flow: of each component of the flow.
+        flow_ahead: of its component along the heading, beyond that.
+        speed: of the speed through the water.
         lasts_s: mean time until another regime begins.
         leads_to: share of these beginnings that each regime has.
     """
 
     flow: float
+    flow_ahead: float
     speed: float
     lasts_s: float
     leads_to: tuple[float, ...]
 
 
 # Healthy speeds waver by some per cent and currents turn over with the tide: calm. The water may vary from place to
-# place, or a current set in within seconds; weeds may grow along, or a net be caught within seconds.
+# place, or a current set in within seconds; weeds may grow along, or a net be caught within seconds. Vehicles stem
+# currents and follow channels, so that a current from right ahead is nothing rare: the two that jump are twins on a
+# straight course, and only a turn speaks for one of them.
 REGIMES = {
-    "calm": Regime(flow=0.005, speed=0.002, lasts_s=400.0, leads_to=(0.0, 0.15, 0.15, 0.35, 0.35)),
-    "flow varies": Regime(flow=0.04, speed=0.002, lasts_s=40.0, leads_to=(0.5, 0.0, 0.1, 0.2, 0.2)),
-    "speed varies": Regime(flow=0.005, speed=0.05, lasts_s=20.0, leads_to=(0.5, 0.1, 0.0, 0.2, 0.2)),
-    "flow jumps": Regime(flow=0.1, speed=0.002, lasts_s=6.0, leads_to=(0.3, 0.4, 0.1, 0.0, 0.2)),
-    "speed jumps": Regime(flow=0.005, speed=0.1, lasts_s=6.0, leads_to=(0.3, 0.1, 0.4, 0.2, 0.0)),
+    "calm": Regime(0.005, 0.0, 0.002, lasts_s=400.0, leads_to=(0.0, 0.15, 0.15, 0.35, 0.35)),
+    "flow varies": Regime(0.04, 0.0, 0.002, lasts_s=40.0, leads_to=(0.5, 0.0, 0.1, 0.2, 0.2)),
+    "speed varies": Regime(0.005, 0.0, 0.05, lasts_s=20.0, leads_to=(0.5, 0.1, 0.0, 0.2, 0.2)),
+    "flow jumps": Regime(0.02, 0.1, 0.002, lasts_s=6.0, leads_to=(0.3, 0.4, 0.1, 0.0, 0.2)),
+    "speed jumps": Regime(0.005, 0.0, 0.1, lasts_s=6.0, leads_to=(0.3, 0.1, 0.4, 0.2, 0.0)),
 }
 BEGIN_IN = (0.3, 0.2, 0.2, 0.15, 0.15)
 LASTS_S = np.array([one.lasts_s for one in REGIMES.values()])
@@ -56,6 +60,9 @@ LEAST_PROBABILITY = 1e-6  # a regime that was ruled out long ago must be able to
 RESTLESS = np.array([name.startswith("flow") for name in REGIMES], dtype=np.float64)
 RESTLESS_ERROR = 0.15
 RESTLESS_S = 30.0
+
+# A heading is off by so much, the same way for so long; what is off for ever is taken for slip or flow
+HEADING_ERROR_RAD, HEADING_ERROR_LASTS_S = 0.02, 2.0
 
 # Standard deviations at the start, in shares of the speed scale
 SPEED_AT_START = 0.6
@@ -95,9 +102,11 @@ class InteractingEstimator:
         self._probability = np.array(BEGIN_IN)
         # a model that is good to some cm/s leaves no room for a current that sets in with more
         jump = REGIMES["flow jumps"]
-        limit = min(1.0, flow_mps / (speed_scale_mps * jump.flow * sqrt(jump.lasts_s)))
+        limit = min(1.0, flow_mps / (speed_scale_mps * jump.flow_ahead * sqrt(jump.lasts_s)))
         walks = np.array([(one.speed, 0.0, SLIP_WALK, *[limit * one.flow] * d) for one in REGIMES.values()])
         self._walk2 = (walks * speed_scale_mps) ** 2  # (filters, d + 3) variance that each second adds
+        ahead = np.array([limit * one.flow_ahead for one in REGIMES.values()])
+        self._ahead_walk2 = (ahead * speed_scale_mps) ** 2  # (filters,) of the flow along the heading
         self._diagonal = np.arange(d, size)
         self._position_m = np.zeros(d)
         self._restless = 0.0
@@ -168,6 +177,22 @@ class InteractingEstimator:
         covariance[:, d:, :d] += walked.transpose(0, 2, 1)
         covariance[:, self._diagonal, self._diagonal] += time_s * self._walk2
         self._covariance = covariance
+        self._spread(step)
+
+    def _spread(self, step: Step) -> None:
+        """What depends on the heading: a flow along it that changes, and its own errors, across it."""
+        d, time_s = self._d, step.interval_s
+        way2 = float(step.ahead_s @ step.ahead_s)
+        if way2 == 0.0:
+            return
+        along = np.outer(step.ahead_s, step.ahead_s) / way2
+        walked = (time_s * self._ahead_walk2)[:, None, None] * along
+        self._covariance[:, d + 3 :, d + 3 :] += walked
+        self._covariance[:, :d, d + 3 :] += 0.5 * time_s * walked
+        self._covariance[:, d + 3 :, :d] += 0.5 * time_s * walked
+        lasting = max(HEADING_ERROR_LASTS_S / time_s, 1.0)
+        off2 = (HEADING_ERROR_RAD * self._scale) ** 2 * way2 * lasting
+        self._covariance[:, :d, :d] += time_s**2 / 3.0 * walked + off2 * (np.eye(d) - along)
 
     def _correct(self, moved_m: FloatArray, noise2: float) -> FloatArray:
         """Takes the position; coordinates err independently, hence one after the other. Returns log likelihoods."""

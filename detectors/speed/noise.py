@@ -31,11 +31,14 @@ class PositionNoise:
         known_m: as configured; None: learnt.
         speed_scale_mps: of the vehicle.
         dimensions: D.
+
+    Attributes:
+        least_m: what is left of it however many positions are averaged.
     """
 
     def __init__(self, known_m: float | None, speed_scale_mps: float, dimensions: int) -> None:
         self._known_m = known_m
-        self._floor_m = FLOOR_S * speed_scale_mps
+        self.least_m = FLOOR_S * speed_scale_mps
         self._median = 6.0 * float(chi2.median(dimensions))
         self._squares: deque[float] = deque()
         self._sorted: list[float] = []
@@ -50,7 +53,7 @@ class PositionNoise:
     @property
     def deviation_m(self) -> float:
         """The standard deviation."""
-        return max(self._learnt_m if self._known_m is None else self._known_m, self._floor_m)
+        return max(self._learnt_m if self._known_m is None else self._known_m, self.least_m)
 
     def take(self, left_m: FloatArray) -> None:
         """Takes (D,) what is left of the newest step."""

@@ -29,7 +29,6 @@ STALE_S = 10.0  # after so long without a position to believe, nothing is known 
 WELL_KNOWN = 0.06  # a speed with an error up to this share of the usual one is good enough to learn from
 ACCEPTABLE = 0.2  # an operator who accepts a speed that is known less well accepts whatever will be learnt next
 SURGE_ERROR = 0.3  # of the part of a change of speed that is still to come: hulls follow as a lag only roughly
-STRAIGHT = 0.02  # a spread of the headings below this is a straight course
 
 FLAGS = {
     Level.UNKNOWN: Flag.FALSE_ALARM,
@@ -175,4 +174,4 @@ class ObservedMethod:
             return "thrusters stopped"
         if self.normal.range() is None:
             return "learning the normal speed"
-        return "no turn yet to tell speed from flow" if self._excitation.spread < STRAIGHT else "learning"
+        return "learning" if self._learnt_s < START_S else "no turn yet to tell speed from flow"
