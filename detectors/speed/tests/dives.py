@@ -11,7 +11,7 @@ import numpy as np
 
 from detectors.speed.sample import PoseSample
 
-PIECE_S = 0.02  # longest piece into which an interval is cut for the true motion
+PIECE_S = 0.05  # longest piece into which an interval is cut for the true motion
 TURN_S = 6.0  # that a helmsman takes from one leg to the next
 
 OfTime = Callable[[float], float]
