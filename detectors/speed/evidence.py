@@ -7,9 +7,9 @@ from math import copysign, hypot
 
 from detectors.verdict import Level
 
-# A speed that is out of its range by z standard deviations is evidence of z^2 - 4 in a second: nothing up to two
-NOTHING_AT = 2.0
-FAULT_AT = 4.0  # so much evidence is a FAULT: three standard deviations for one second, two and a half for two
+# A speed that is out of its range by z standard deviations is evidence of z^2 - 2.25 in a second
+NOTHING_AT = 1.5
+FAULT_AT = 4.0  # so much evidence is a FAULT: two standard deviations for 2.3 s, three for two estimates
 SUSPECT_AT = 2.0
 REMEMBERED = 2.0 * FAULT_AT
 MOST = 0.5 * FAULT_AT  # that one estimate is evidence for, however far off it is: two must agree

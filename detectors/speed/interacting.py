@@ -29,40 +29,54 @@ class Regime:
         flow_ahead: of its component along the heading, beyond that.
         speed: of the speed through the water.
         lasts_s: mean time until another regime begins.
-        leads_to: share of these beginnings that each regime has.
     """
 
     flow: float
     flow_ahead: float
     speed: float
     lasts_s: float
-    leads_to: tuple[float, ...]
 
 
 # Healthy speeds waver by some per cent and currents turn over with the tide: calm. The water may vary from place to
 # place, or a current set in within seconds; weeds may grow along, or a net be caught within seconds. Vehicles stem
-# currents and follow channels, so that a current from right ahead is nothing rare: the two that jump are twins on a
-# straight course, and only a turn speaks for one of them.
+# currents and follow channels, so that one that changes right ahead is nothing rare: on a straight course it is the
+# twin of a speed that changes, and only a turn speaks for one of them.
+_CALM, _WAVERS = 0.005, 0.002
 REGIMES = {
-    "calm": Regime(0.005, 0.0, 0.002, lasts_s=400.0, leads_to=(0.0, 0.15, 0.15, 0.35, 0.35)),
-    "flow varies": Regime(0.04, 0.0, 0.002, lasts_s=40.0, leads_to=(0.5, 0.0, 0.1, 0.2, 0.2)),
-    "speed varies": Regime(0.005, 0.0, 0.05, lasts_s=20.0, leads_to=(0.5, 0.1, 0.0, 0.2, 0.2)),
-    "flow jumps": Regime(0.02, 0.1, 0.002, lasts_s=6.0, leads_to=(0.3, 0.4, 0.1, 0.0, 0.2)),
-    "speed jumps": Regime(0.005, 0.0, 0.1, lasts_s=6.0, leads_to=(0.3, 0.1, 0.4, 0.2, 0.0)),
+    "calm": Regime(_CALM, 0.0, _WAVERS, lasts_s=400.0),
+    "flow varies": Regime(0.04, 0.0, _WAVERS, lasts_s=40.0),
+    "flow varies ahead": Regime(_CALM, 0.05, _WAVERS, lasts_s=20.0),
+    "speed varies": Regime(_CALM, 0.0, 0.05, lasts_s=20.0),
+    "flow jumps": Regime(0.1, 0.0, _WAVERS, lasts_s=6.0),
+    "flow jumps ahead": Regime(_CALM, 0.1, _WAVERS, lasts_s=6.0),
+    "speed jumps": Regime(_CALM, 0.0, 0.1, lasts_s=6.0),
 }
-BEGIN_IN = (0.3, 0.2, 0.2, 0.15, 0.15)
+LEADS_TO = np.array(  # (from, to) share of the beginnings
+    [
+        [0.0, 0.1, 0.1, 0.1, 0.2, 0.25, 0.25],
+        [0.5, 0.0, 0.05, 0.05, 0.2, 0.1, 0.1],
+        [0.5, 0.1, 0.0, 0.1, 0.1, 0.1, 0.1],
+        [0.5, 0.1, 0.1, 0.0, 0.1, 0.1, 0.1],
+        [0.3, 0.4, 0.05, 0.05, 0.0, 0.1, 0.1],
+        [0.3, 0.1, 0.3, 0.1, 0.1, 0.0, 0.1],
+        [0.3, 0.1, 0.1, 0.3, 0.1, 0.1, 0.0],
+    ]
+)
+BEGIN_IN = np.array((0.3, 0.2, 0.1, 0.1, 0.1, 0.1, 0.1))
 LASTS_S = np.array([one.lasts_s for one in REGIMES.values()])
-LEADS_TO = np.array([one.leads_to for one in REGIMES.values()])  # (from, to)
 LEAST_PROBABILITY = 1e-6  # a regime that was ruled out long ago must be able to come back
 
 # Where the water changes on and on, an eddy that the vehicle circles in may pass for speed: after such water no speed
 # is known better than to this share, times the part of the last seconds in which it changed
 RESTLESS = np.array([name.startswith("flow") for name in REGIMES], dtype=np.float64)
-RESTLESS_ERROR = 0.15
+RESTLESS_ERROR = 0.3
 RESTLESS_S = 30.0
 
 # A heading is off by so much, the same way for so long; what is off for ever is taken for slip or flow
 HEADING_ERROR_RAD, HEADING_ERROR_LASTS_S = 0.02, 2.0
+# Waves, an unsteady hull, a position that was filtered before it came here: a walk, in shares of the speed scale and
+# per square root of a second; and in turns, when all of it is worst, so many seconds of the way for each radian
+MOTION_ERROR, TURN_ERROR_S = 0.02, 0.2
 
 # Standard deviations at the start, in shares of the speed scale
 SPEED_AT_START = 0.6
@@ -92,6 +106,7 @@ class InteractingEstimator:
     def __init__(self, dimensions: int, speed_scale_mps: float, flow_error_mps: float | None = None) -> None:
         d = self._d = dimensions
         self._scale = speed_scale_mps
+        self._unit_mps = speed_scale_mps  # the vehicle's usual speed, in the unit that `ahead_s` counts in
         size, filters = 2 * d + 3, len(REGIMES)
         flow_mps = FLOW_AT_START * speed_scale_mps if flow_error_mps is None else flow_error_mps
         others = (SPEED_AT_START, ASIDE_AT_START, SLIP_AT_START, *[flow_mps / speed_scale_mps] * d)
@@ -99,10 +114,10 @@ class InteractingEstimator:
         self._state = np.zeros((filters, size))
         self._state[:, d] = speed_scale_mps
         self._covariance = np.tile(np.diag(start**2), (filters, 1, 1))
-        self._probability = np.array(BEGIN_IN)
+        self._probability = BEGIN_IN
         # a model that is good to some cm/s leaves no room for a current that sets in with more
         jump = REGIMES["flow jumps"]
-        limit = min(1.0, flow_mps / (speed_scale_mps * jump.flow_ahead * sqrt(jump.lasts_s)))
+        limit = min(1.0, flow_mps / (speed_scale_mps * jump.flow * sqrt(jump.lasts_s)))
         walks = np.array([(one.speed, 0.0, SLIP_WALK, *[limit * one.flow] * d) for one in REGIMES.values()])
         self._walk2 = (walks * speed_scale_mps) ** 2  # (filters, d + 3) variance that each second adds
         ahead = np.array([limit * one.flow_ahead for one in REGIMES.values()])
@@ -130,6 +145,9 @@ class InteractingEstimator:
         change[self._d] = factor
         self._state *= change
         self._covariance *= np.outer(change, change)
+        self._unit_mps *= factor
+        self._walk2[:, 0] *= factor**2
+        self._ahead_walk2 *= factor**2
 
     def update(self, step: Step) -> Estimate:
         """See `Estimator`; the step must say how much its position scatters."""
@@ -180,19 +198,18 @@ class InteractingEstimator:
         self._spread(step)
 
     def _spread(self, step: Step) -> None:
-        """What depends on the heading: a flow along it that changes, and its own errors, across it."""
+        """What depends on the way: a flow that changes along it, and what the way itself is off by."""
         d, time_s = self._d, step.interval_s
-        way2 = float(step.ahead_s @ step.ahead_s)
-        if way2 == 0.0:
-            return
-        along = np.outer(step.ahead_s, step.ahead_s) / way2
-        walked = (time_s * self._ahead_walk2)[:, None, None] * along
+        along = np.outer(step.ahead_s, step.ahead_s)
+        walked = (self._ahead_walk2 / time_s)[:, None, None] * along
         self._covariance[:, d + 3 :, d + 3 :] += walked
         self._covariance[:, :d, d + 3 :] += 0.5 * time_s * walked
         self._covariance[:, d + 3 :, :d] += 0.5 * time_s * walked
         lasting = max(HEADING_ERROR_LASTS_S / time_s, 1.0)
-        off2 = (HEADING_ERROR_RAD * self._scale) ** 2 * way2 * lasting
-        self._covariance[:, :d, :d] += time_s**2 / 3.0 * walked + off2 * (np.eye(d) - along)
+        across = lasting * HEADING_ERROR_RAD**2 * (float(np.trace(along)) * np.eye(d) - along)
+        other = MOTION_ERROR**2 * time_s + TURN_ERROR_S**2 * float(step.turned @ step.turned)
+        unknown = self._unit_mps**2 * across + self._scale**2 * other * np.eye(d)
+        self._covariance[:, :d, :d] += time_s**2 / 3.0 * walked + unknown
 
     def _correct(self, moved_m: FloatArray, noise2: float) -> FloatArray:
         """Takes the position; coordinates err independently, hence one after the other. Returns log likelihoods."""

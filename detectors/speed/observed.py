@@ -74,6 +74,8 @@ class ObservedMethod:
             case Beginning(time_s, position_m, idle_s):
                 self._estimator.begin(position_m, time_s)
                 self._estimator.idle(idle_s)
+                if idle_s > 0.0:
+                    self._evidence.nothing()
         if sample.time_s - self._follower.believed_s > STALE_S:
             self._evidence.nothing()
         return self._verdict(sample)
