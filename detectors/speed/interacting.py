@@ -229,7 +229,7 @@ class InteractingEstimator:
         d, weight = self._d, self._probability
         mean = weight @ self._state
         variance = weight @ (self._covariance.diagonal(axis1=1, axis2=2) + (self._state - mean) ** 2)
-        restless_mps = RESTLESS_ERROR * self._restless * self._scale
+        restless_mps = RESTLESS_ERROR * self._restless * self._unit_mps
         return Estimate(
             speed_mps=float(mean[d]),
             speed_error_mps=sqrt(max(float(variance[d]), 0.0) + restless_mps**2),
