@@ -125,7 +125,7 @@ def test_the_tide_turns_and_nothing_is_said(seed):
     dive = Dive(heading=zig_zag(20.0), flow=flow)
     verdicts = verdicts_of(dive.poses(every(1.0, 900.0), seed))
     assert levels(verdicts) <= {Level.UNKNOWN, Level.NORMAL}
-    assert_learnt(verdicts[-1], 1.0, flow(900.0)[:2])
+    assert_learnt(verdicts[-1], 1.0, flow(900.0)[:2], within=0.2)
 
 
 @SEEDS

@@ -1,10 +1,11 @@
 from math import isfinite
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from detectors.speed.evidence import FAULT_AT, Evidence, Weight, weigh
+from detectors.speed.evidence import FAULT_AT, NOTHING_AT, Evidence, Weight, weigh
 from detectors.verdict import Level
 
 LOW, HIGH = 0.8, 1.2
@@ -54,10 +55,11 @@ def test_three_deviations_take_about_a_second_at_any_rate(interval_s):
 
 
 def test_the_farther_off_the_sooner_and_a_little_off_is_never_a_fault():
-    times = [until(Evidence(), Level.FAULT, weight(deviations), 0.1) for deviations in (2.3, 2.5, 3.0, 4.0)]
+    a_little = NOTHING_AT + np.array([0.2, 0.5, 1.0, 2.0])
+    times = [until(Evidence(), Level.FAULT, weight(deviations), 0.1) for deviations in a_little.tolist()]
     assert times == sorted(times, reverse=True)
     assert times[0] > times[-1]
-    assert until(Evidence(), Level.FAULT, weight(1.9), 0.1) is None
+    assert until(Evidence(), Level.FAULT, weight(0.95 * NOTHING_AT), 0.1) is None
 
 
 @pytest.mark.parametrize("interval_s", [0.1, 1.0, 5.0, 1000.0])

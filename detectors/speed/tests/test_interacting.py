@@ -16,13 +16,16 @@ from detectors.speed.interacting import (
     FLOW_AT_START,
     HEADING_ERROR_LASTS_S,
     HEADING_ERROR_RAD,
+    LEADS_TO,
     LEAST_PROBABILITY,
+    MOTION_ERROR,
     REGIMES,
     RESTLESS_ERROR,
     RESTLESS_S,
     SLIP_AT_START,
     SLIP_WALK,
     SPEED_AT_START,
+    TURN_ERROR_S,
     InteractingEstimator,
 )
 from detectors.speed.tests.drives import circling, drive, irregular, run, zig_zag
@@ -58,28 +61,30 @@ class Reference:
         one.P, one.H = np.diag(spread**2), np.eye(self.d, 2 * self.d + 3)
         return one
 
-    def rates(self, regime, along):
+    def rates(self, regime, step):
         """What each second adds to the covariance of speed, sideways speed, slip and flow."""
+        bow = step.ahead_s / step.interval_s
         rates = np.diag([regime.speed**2, 0.0, SLIP_WALK**2, *[regime.flow**2] * self.d])
-        rates[3:, 3:] += regime.flow_ahead**2 * along
+        rates[3:, 3:] += regime.flow_ahead**2 * np.outer(bow, bow)
         return rates * self.scale**2
 
-    def heading_error(self, step, along):
-        """What a heading that is off adds to the covariance of the position: across the way, longer than a step."""
-        off_m = HEADING_ERROR_RAD * self.scale * np.linalg.norm(step.ahead_s)
-        return off_m**2 * max(HEADING_ERROR_LASTS_S / step.interval_s, 1.0) * (np.eye(self.d) - along)
+    def way_error(self, step):
+        """What else adds to the covariance of the position: a heading that is off goes across the way."""
+        length_s = np.linalg.norm(step.ahead_s)
+        bow = step.ahead_s / length_s
+        heading2 = (HEADING_ERROR_RAD * length_s) ** 2 * max(HEADING_ERROR_LASTS_S / step.interval_s, 1.0)
+        motion2 = MOTION_ERROR**2 * step.interval_s + TURN_ERROR_S**2 * np.linalg.norm(step.turned) ** 2
+        one = np.eye(self.d)
+        return self.scale**2 * (heading2 * (one - np.outer(bow, bow)) + motion2 * one)
 
     def update(self, step):
         ways = np.column_stack((step.ahead_s, step.aside_s, step.turned, step.interval_s * np.eye(self.d)))
-        bow = step.ahead_s / np.linalg.norm(step.ahead_s)
-        along = np.outer(bow, bow)
         for one, regime in zip(self.filters, self.regimes, strict=True):
-            one.F, one.Q = van_loan(ways, step.interval_s, self.rates(regime, along))
-            one.Q[: self.d, : self.d] += self.heading_error(step, along)
+            one.F, one.Q = van_loan(ways, step.interval_s, self.rates(regime, step))
+            one.Q[: self.d, : self.d] += self.way_error(step)
             one.R = np.eye(self.d) * step.position_noise_m**2
         stay = np.exp([-step.interval_s / regime.lasts_s for regime in self.regimes])
-        leads = np.array([regime.leads_to for regime in self.regimes])
-        moves = np.diag(stay) + (1.0 - stay)[:, None] * leads
+        moves = np.diag(stay) + (1.0 - stay)[:, None] * LEADS_TO
         bank = IMMEstimator(self.filters, self.probability, moves)
         bank.predict()
         bank.update(step.position_m.reshape(-1, 1))
@@ -142,7 +147,7 @@ def test_a_regime_alone_is_a_kalman_filter(monkeypatch, number):
     """The plain recursion, with the covariance of the update in its information form."""
     alone = np.full(len(REGIMES), 1e-300)
     alone[number] = 1.0
-    monkeypatch.setattr(interacting, "BEGIN_IN", tuple(alone))
+    monkeypatch.setattr(interacting, "BEGIN_IN", alone)
     monkeypatch.setattr(interacting, "LEADS_TO", np.eye(len(REGIMES)))
     monkeypatch.setattr(interacting, "LEAST_PROBABILITY", 1e-300)
     monkeypatch.setattr(interacting, "RESTLESS", np.zeros(len(REGIMES)))
@@ -151,11 +156,10 @@ def test_a_regime_alone_is_a_kalman_filter(monkeypatch, number):
     ours.begin(first, 0.0)
     x, p, seen = reference.filters[0].x[:, 0], reference.filters[0].P, np.eye(2, 7)
     for step in steps:
-        along = np.outer(step.ahead_s, step.ahead_s) / float(step.ahead_s @ step.ahead_s)
         ways = np.column_stack((step.ahead_s, step.aside_s, step.turned, step.interval_s * np.eye(2)))
-        rates = reference.rates(list(REGIMES.values())[number], along)
+        rates = reference.rates(list(REGIMES.values())[number], step)
         transition, wandering = van_loan(ways, step.interval_s, rates)
-        wandering[:2, :2] += reference.heading_error(step, along)
+        wandering[:2, :2] += reference.way_error(step)
         information = np.linalg.inv(transition @ p @ transition.T + wandering)
         p = np.linalg.inv(information + seen.T @ seen / NOISE_M**2)
         x = p @ (information @ transition @ x + seen.T @ step.position_m / NOISE_M**2)
@@ -283,7 +287,7 @@ def test_another_unit_of_the_way_ahead_is_the_same_filter():
     other.rescale(2.0)
     a, b = one.update(steps[-1]), other.update(replace(steps[-1], ahead_s=steps[-1].ahead_s / 2.0))
     assert b.speed_mps == pytest.approx(2.0 * a.speed_mps, rel=1e-3)
-    assert b.speed_error_mps == pytest.approx(2.0 * a.speed_error_mps, rel=0.1)
+    assert b.speed_error_mps == pytest.approx(2.0 * a.speed_error_mps, rel=1e-3)
     np.testing.assert_allclose(b.flow_mps, a.flow_mps, rtol=1e-3)
 
 
