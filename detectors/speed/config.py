@@ -13,9 +13,6 @@ from detectors.speed.flow import FlowModel
 EstimatorName = Literal["interacting", "kalman", "adaptive", "published"]
 
 
-USUAL_MPS = 1.0  # of remotely operated and autonomous vehicles, within a factor of some three
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SpeedConfig:
     """Settings of the speed detector.
@@ -26,6 +23,7 @@ class SpeedConfig:
     Attributes:
         speed_min_mps, speed_max_mps: normal speed through the water (paper 002, assumption 3), at the usual command;
             both None: learnt, as a curve over the command where that is known.
+        usual_mps: about the usual speed, within a factor of three, where no normal speed is given.
         tolerance: of the learnt normal speed: a share of it up or down is normal.
         estimator: how speed and flow are told apart. "interacting": several Kalman filters, from calm to changing
             water; "kalman": one; "adaptive": the paper's law, integrated exactly; "published": to the letter.
@@ -48,6 +46,7 @@ class SpeedConfig:
 
     speed_min_mps: float | None = None
     speed_max_mps: float | None = None
+    usual_mps: float = 1.0
     tolerance: float = 0.2
     estimator: EstimatorName = "interacting"
     learning_rate: float = 0.8
@@ -63,7 +62,7 @@ class SpeedConfig:
     surge_time_s: float = 1.0
 
     def __post_init__(self) -> None:
-        for name in ("learning_rate", "gain", "flow_model_error_mps", "surge_time_s"):
+        for name in ("usual_mps", "learning_rate", "gain", "flow_model_error_mps", "surge_time_s"):
             value = getattr(self, name)
             _want(name, value, value > 0, "above 0")
         for name in ("speed_limit_mps", "position_noise_m"):
@@ -78,10 +77,10 @@ class SpeedConfig:
 
     @property
     def speed_scale_mps(self) -> float:
-        """About the usual speed: the middle of the normal range, or of the speeds of such vehicles."""
+        """About the usual speed: the middle of the normal range, or the greatest of the curve."""
         if self.speed_min_mps is not None and self.speed_max_mps is not None:
             return 0.5 * (self.speed_min_mps + self.speed_max_mps)
-        return USUAL_MPS if self.speed_curve is None else max(map(abs, self.speed_curve.speeds_mps))
+        return self.usual_mps if self.speed_curve is None else max(map(abs, self.speed_curve.speeds_mps))
 
     @property
     def normal_shares(self) -> tuple[float, float]:

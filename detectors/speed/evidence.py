@@ -15,6 +15,8 @@ REMEMBERED = 2.0 * FAULT_AT
 MOST = 0.5 * FAULT_AT  # that one estimate is evidence for, however far off it is: two must agree
 # What no filter knows: that a healthy speed is not quite constant, nor the heading quite right; a share of the usual
 MODEL_ERROR = 0.01
+# No fault makes a vehicle so fast, nor drives it backwards: what then is wrong is a heading, or a position
+LEAST, MOST_OF_HIGH = -0.5, 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +25,7 @@ class Weight:
 
     Attributes:
         deviations: that the speed is out of its range, negative inside.
-        uncertain: the range would fit into the doubt.
+        uncertain: the range would fit into the doubt, or the speed is impossible.
     """
 
     deviations: float
@@ -39,7 +41,8 @@ def weigh(ratio: float, error: float, low: float, high: float) -> Weight:
         low, high: the normal range.
     """
     spread = hypot(error, MODEL_ERROR)
-    return Weight(max(low - ratio, ratio - high) / spread, spread > 0.5 * (high - low))
+    impossible = not LEAST <= ratio <= MOST_OF_HIGH * high
+    return Weight(max(low - ratio, ratio - high) / spread, impossible or spread > 0.5 * (high - low))
 
 
 class Evidence:

@@ -9,7 +9,7 @@ from detectors.speed.config import SpeedConfig
 from detectors.speed.curve import SpeedCurve
 
 STOPPED = 0.05  # a command below this gives no thrust that counts
-LEAST_SHARE = 0.25  # below this share of the reference, thrust and drag are too little known to judge by
+LEAST_SHARE = 0.25  # below this share of the greatest normal speed, thrust and drag are too little known to judge by
 USUAL_S = 10.0  # the usual command is the mean of the first so many seconds under way
 LEARNT_S = 20.0  # a point of the curve is the mean of so many seconds in which the speed was well known
 UNITY = 1.0  # stands for the command where there is none
@@ -115,7 +115,8 @@ class NormalSpeed:
     @property
     def stopped(self) -> bool:
         """Whether the thrusters give next to nothing."""
-        return abs(self._share_at(self._followed)) < LEAST_SHARE
+        greatest = 1.0 if self.curve is None else max(map(abs, self.curve.speeds_mps)) / self.reference_mps
+        return abs(self._share_at(self._followed)) < LEAST_SHARE * greatest
 
     @property
     def _followed(self) -> float:

@@ -26,7 +26,7 @@ FloatArray = NDArray[np.float64]
 
 START_S = 15.0  # what is learnt first is not judged
 STALE_S = 10.0  # after so long without a position to believe, nothing is known of the present
-WELL_KNOWN = 0.06  # a speed with an error up to this share of the usual one is good enough to learn from
+WELL_KNOWN = 0.06  # a speed with an error up to this share of it is good enough to learn from
 ACCEPTABLE = 0.2  # an operator who accepts a speed that is known less well accepts whatever will be learnt next
 SURGE_ERROR = 0.3  # of the part of a change of speed that is still to come: hulls follow as a lag only roughly
 
@@ -111,7 +111,7 @@ class ObservedMethod:
             self._evidence.take(weigh(ratio, error, normal.low, normal.high), interval_s)
             return
         self._evidence.nothing()
-        if error < WELL_KNOWN and self._evidence.level is not Level.FAULT:
+        if error < WELL_KNOWN * abs(ratio) and self._evidence.level is not Level.FAULT:
             factor = self.normal.learn(ratio, interval_s)
             if factor != 1.0:
                 self._rescale(factor, estimate)
