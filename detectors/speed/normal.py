@@ -12,6 +12,7 @@ STOPPED = 0.05  # a command below this gives no thrust that counts
 LEAST_SHARE = 0.25  # below this share of the greatest normal speed, thrust and drag are too little known to judge by
 USUAL_S = 10.0  # the usual command is the mean of the first so many seconds under way
 LEARNT_S = 20.0  # a point of the curve is the mean of so many seconds in which the speed was well known
+LEAST_LEARNT = 0.15  # a vehicle that makes less of the speed that may be expected is caught already: not normal
 UNITY = 1.0  # stands for the command where there is none
 
 
@@ -137,7 +138,8 @@ class NormalSpeed:
         tenth = round(10.0 * self._followed)
         mean = self._learning.setdefault(tenth, _Mean())
         mean.take(self._followed, ratio * foreseen * self.reference_mps, interval_s)
-        if mean.seconds < LEARNT_S or mean.command * mean.speed_mps <= 0.0:
+        usual_mps = foreseen * self.reference_mps
+        if mean.seconds < LEARNT_S or mean.speed_mps / usual_mps < LEAST_LEARNT:
             return 1.0
         del self._learning[tenth]
         return self._insert(mean.command, mean.speed_mps)
