@@ -83,7 +83,7 @@ def loaded(path: Path) -> Config:
         raise click.ClickException(str(error)) from error
 
 
-@main.command()
+@main.command(short_help="Watch the vehicle of CONFIG.")
 @config_argument
 @click.option("-v", "--verbose", is_flag=True, help="Log every detail.")
 def run(config: Path, verbose: bool) -> None:
@@ -108,7 +108,7 @@ async def _run(config: Config) -> None:
     await run_gateway(config, stop=stop, accept=accept)
 
 
-@main.command()
+@main.command(short_help="Say what is wrong with CONFIG and this machine.")
 @config_argument
 def check(config: Path) -> None:
     """Say what is wrong with CONFIG and with the machine it is to run on, and how to mend it.

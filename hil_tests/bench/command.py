@@ -21,7 +21,7 @@ PARTS: dict[str, Callable[[int, Console], Any]] = {
 }
 
 
-@click.group(invoke_without_command=True)
+@click.group(invoke_without_command=True, short_help="Compare ours with peers and papers.")
 @shared_options
 @click.pass_context
 def bench(context: click.Context, *, jobs: int, json_file: str | None) -> None:

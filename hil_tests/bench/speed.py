@@ -99,7 +99,7 @@ def measure(options: Options, jobs: int, console: Console) -> Figures:
     return Figures(options, estimators, by_kind, rows, findings)
 
 
-@click.command()
+@click.command(short_help="Speed and flow: four estimators, missions, recordings.")
 @click.option(
     "--missions", type=click.IntRange(min=0), default=Options().missions, show_default=True,
     help="Random missions: so many healthy, so many with a loss of speed, so many of these seen at 10 Hz and 0.1 m. "

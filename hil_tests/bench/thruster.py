@@ -64,7 +64,7 @@ def measure(options: Options, jobs: int, console: Console) -> Figures:
     return Figures(options, detection, rows, findings)
 
 
-@click.command()
+@click.command(short_help="Thruster faults: ours beside its peers.")
 @click.option(
     "--runs", type=click.IntRange(min=0), default=Options().runs, show_default=True,
     help="Random runs: so many healthy, so many with a 7 % loss of speed, so many with 3 %. 200 is the whole target.",

@@ -37,7 +37,7 @@ def time_work(name: str) -> Timing:
     return measure(WORKS[name]())
 
 
-@click.command()
+@click.command(short_help="Time of our code beside others'.")
 @shared_options
 def timing(*, jobs: int, json_file: str | None) -> None:
     """Compare the time of our code with that of others for the same work; always in one process."""

@@ -37,7 +37,7 @@ SPEED_PLOT_FILE = "speed.png"
 LOG_FILE = "gateway.log"
 
 
-@click.command()
+@click.command(short_help="Show the gateway at work on a simulated vehicle.")
 @click.option("--seconds", type=click.FloatRange(min=5.0), default=85.0, show_default=True, help="How long it lasts.")
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), default=Path("out/demo"), show_default=True,
               help="Folder for plots, findings and configuration.")  # fmt: skip
