@@ -175,6 +175,15 @@ def test_a_net_caught_after_slowing_down_is_found(seed):
 
 
 @SEEDS
+def test_a_hull_that_follows_its_commands_later_than_expected_is_no_fault(seed):
+    config = SpeedConfig(speed_curve=SpeedCurve((0.4, 0.6, 0.8), (0.6, 0.9, 1.2)), surge_time_s=1.0)
+    dive = Dive(heading=zig_zag(), command=lambda t: 0.8 if t % 40.0 < 20.0 else 0.4, speed_mps=1.5, surge_s=2.5)
+    verdicts = verdicts_of(dive.poses(every(0.2, 200.0), seed), config)
+    assert Level.FAULT not in levels(verdicts)
+    assert verdicts[-1].level is Level.NORMAL
+
+
+@SEEDS
 def test_stopping_the_thrusters_is_no_fault(seed):
     dive = Dive(heading=zig_zag(), command=lambda t: 0.0 if 80.0 <= t < 120.0 else 0.9, speed_mps=1.1, surge_s=2.0)
     verdicts = verdicts_of(dive.poses(every(0.2, 200.0), seed))
@@ -287,6 +296,8 @@ def gapped(dive, seed):
 def test_a_minute_without_samples(seed):
     healthy = verdicts_of(gapped(Dive(heading=zig_zag()), seed))
     assert levels(healthy) <= {Level.UNKNOWN, Level.NORMAL}
+    assert near(healthy, 99.0).level is Level.NORMAL
+    assert Level.UNKNOWN in levels(healthy, 160.0, 162.0)
     assert healthy[-1].level is Level.NORMAL
     caught_meanwhile = verdicts_of(gapped(Dive(heading=zig_zag(), power=step_at(120.0, 1.0, 0.6)), seed))
     assert 160.0 <= fault_at(caught_meanwhile) < 190.0
