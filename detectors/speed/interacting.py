@@ -63,6 +63,7 @@ LEADS_TO = np.array(  # (from, to) share of the beginnings
     ]
 )
 BEGIN_IN = np.array((0.3, 0.2, 0.1, 0.1, 0.1, 0.1, 0.1))
+IDLE = list(REGIMES).index("flow varies")  # a vehicle that was not followed for a while is in other water
 LASTS_S = np.array([one.lasts_s for one in REGIMES.values()])
 LEAST_PROBABILITY = 1e-6  # a regime that was ruled out long ago must be able to come back
 
@@ -137,7 +138,8 @@ class InteractingEstimator:
 
     def idle(self, interval_s: float) -> None:
         """See `Estimator`."""
-        self._covariance[:, self._diagonal, self._diagonal] += self._walk2[0] * min(interval_s, LONGEST_S)
+        idle2 = self._walk2[IDLE] * min(interval_s, LONGEST_S)
+        self._covariance[:, self._diagonal, self._diagonal] += idle2
 
     def rescale(self, factor: float) -> None:
         """See `Estimator`."""
