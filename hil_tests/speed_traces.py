@@ -13,7 +13,8 @@ from detectors.speed.adaptive import AdaptiveEstimator
 from detectors.speed.anomaly import Flag, FlowComparison, ForeseenFlow, flag
 from detectors.speed.estimate import Step
 from detectors.speed.learnt_flow import FixedBasisFlow, LearntFlow
-from detectors.speed.published import PublishedMethod, direction_of, position_of
+from detectors.speed.published import PublishedMethod
+from detectors.speed.sample import direction_of, position_of
 from hil_tests.speed_trials import SpeedTrial
 
 FloatArray = NDArray[np.float64]

@@ -15,8 +15,7 @@ from detectors.speed.estimate import Estimate, Step
 from detectors.speed.gate import Fate, PositionGate
 from detectors.speed.noise import PositionNoise
 from detectors.speed.outside import OutsideFlow
-from detectors.speed.published import position_of
-from detectors.speed.sample import PoseSample
+from detectors.speed.sample import PoseSample, position_of
 from detectors.speed.way import Way
 
 FloatArray = NDArray[np.float64]

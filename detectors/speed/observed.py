@@ -18,8 +18,7 @@ from detectors.speed.evidence import Evidence, weigh
 from detectors.speed.excitation import Excitation
 from detectors.speed.following import Beginning, Follower
 from detectors.speed.normal import NormalSpeed
-from detectors.speed.published import position_of
-from detectors.speed.sample import PoseSample, SpeedVerdict
+from detectors.speed.sample import PoseSample, SpeedVerdict, position_of
 from detectors.verdict import Level
 
 FloatArray = NDArray[np.float64]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import cos, nan, sin
+from math import nan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from detectors.speed.anomaly import LEVELS, Flag, FlowComparison, ForeseenFlow, 
 from detectors.speed.config import SpeedConfig
 from detectors.speed.learnt_flow import FixedBasisFlow, LearntFlow
 from detectors.speed.moving_basis import MovingBasisFlow
-from detectors.speed.sample import PoseSample, SpeedVerdict
+from detectors.speed.sample import PoseSample, SpeedVerdict, direction_of, position_of
 from detectors.verdict import Level
 
 FloatArray = NDArray[np.float64]
@@ -25,19 +25,6 @@ def flow_to_learn(config: SpeedConfig) -> LearntFlow:
     if config.basis is None:
         return MovingBasisFlow(config.dimensions)
     return FixedBasisFlow(config.basis, config.dimensions)
-
-
-def position_of(sample: PoseSample, dimensions: int) -> FloatArray:
-    """(D,) x: north, east (and down)."""
-    return np.array((sample.north_m, sample.east_m, sample.down_m)[:dimensions])
-
-
-def direction_of(sample: PoseSample, dimensions: int) -> FloatArray:
-    """(D,) Psi_c of paper 002, equation 1: unit vector along the bow; in two dimensions along the heading."""
-    heading, pitch = sample.heading_rad, sample.pitch_rad
-    if dimensions == 2:
-        return np.array((cos(heading), sin(heading)))
-    return np.array((cos(heading) * cos(pitch), sin(heading) * cos(pitch), -sin(pitch)))
 
 
 class ExplicitLaw:

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import nan
+from math import cos, nan, sin
+
+import numpy as np
+from numpy.typing import NDArray
 
 from detectors.verdict import Verdict
+
+FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,3 +60,16 @@ class SpeedVerdict(Verdict):
     speed_min_mps: float = nan
     speed_max_mps: float = nan
     reason: str = ""
+
+
+def position_of(sample: PoseSample, dimensions: int) -> FloatArray:
+    """(D,) x: north, east (and down)."""
+    return np.array((sample.north_m, sample.east_m, sample.down_m)[:dimensions])
+
+
+def direction_of(sample: PoseSample, dimensions: int) -> FloatArray:
+    """(D,) Psi_c of paper 002, equation 1: unit vector along the bow; in two dimensions along the heading."""
+    heading, pitch = sample.heading_rad, sample.pitch_rad
+    if dimensions == 2:
+        return np.array((cos(heading), sin(heading)))
+    return np.array((cos(heading) * cos(pitch), sin(heading) * cos(pitch), -sin(pitch)))

@@ -8,8 +8,8 @@ import pytest
 from detectors.speed.basis import FlowBasis
 from detectors.speed.config import SpeedConfig
 from detectors.speed.learnt_flow import FixedBasisFlow
-from detectors.speed.published import ExplicitLaw, PublishedMethod, direction_of, position_of
-from detectors.speed.sample import PoseSample
+from detectors.speed.published import ExplicitLaw, PublishedMethod
+from detectors.speed.sample import PoseSample, direction_of, position_of
 from detectors.verdict import Level
 
 BASIS = FlowBasis(((0.0, 0.0), (10.0, 10.0)), (5.0, 5.0), (1.4e-4, 1.45e-4))
