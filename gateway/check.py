@@ -24,6 +24,7 @@ from gateway.wiring import can_decoder
 
 OPEN_TIMEOUT_S = 5.0
 INTERFACES = Path("/sys/class/net")
+RANGE_UNNAMED = "range holds at the command of the first seconds under way; better name it: speed.command"
 
 POSITIONS: Mapping[str, str] = {
     "auto": "fixes, else the autopilot's local, else its global position",
@@ -62,7 +63,9 @@ def checks(config: Config) -> Iterator[CheckResult]:
         yield _check_bus(bus, config)
     if config.mavlink is not None:
         yield _check_mavlink(config.mavlink)
-    if config.speed is not None and config.detector.speed is not None:
+    if config.speed is None or config.detector.speed is None:
+        yield CheckResult("speed", True, "not watched (no table [speed])")
+    else:
         yield _check_speed(config.speed, config.detector.speed, config.thruster)
         if isinstance(config.detector.speed.flow_model, GriddedFlow):
             yield _check_forecast(config.detector.speed.flow_model, Clock().now())
@@ -133,12 +136,16 @@ def _check_speed(speed: Speed, settings: SpeedConfig, thrusters: Sequence[Thrust
     pushing = [str(one.number) for one in thrusters if one.ahead]
     command = f"thrusters {', '.join(pushing)} drive ahead" if pushing else "no thruster has a share ahead"
     positions = f"positions: {POSITIONS[speed.position]}"
-    return CheckResult("speed", True, "; ".join([positions, _normal_speed(settings), command, _current(speed)]))
+    normal = _normal_speed(settings, bool(pushing))
+    return CheckResult("speed", True, "; ".join([positions, normal, command, _current(speed)]))
 
 
-def _normal_speed(settings: SpeedConfig) -> str:
+def _normal_speed(settings: SpeedConfig, commanded: bool) -> str:
     if settings.speed_min_mps is not None:
-        return f"normal: {settings.speed_min_mps:g} to {settings.speed_max_mps:g} m/s"
+        normal = f"normal: {settings.speed_min_mps:g} to {settings.speed_max_mps:g} m/s"
+        if settings.range_command is not None:
+            return f"{normal} at the command {settings.range_command:g}"
+        return f"{normal}; {RANGE_UNNAMED}" if commanded else normal
     source = "learnt" if settings.speed_curve is None else "the given curve"
     return f"normal: {source}, +-{settings.tolerance:.0%}"
 

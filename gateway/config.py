@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from detectors.speed import SpeedConfig, SpeedCurve
+from detectors.speed import SpeedConfig
 from detectors.thruster import ThrusterConfig
 from gateway.config_sections import (
     MAVLINK,
@@ -29,15 +29,11 @@ from gateway.config_sections import (
     Vehicle,
 )
 from gateway.consistency import inconsistencies
-from gateway.detector_settings import DetectorSettings, Setting
-from gateway.flow_settings import flow_model
+from gateway.detector_settings import DetectorSettings
 from gateway.problems import ConfigError, Problem, from_validation, unknown_key
+from gateway.speed_settings import speed_settings
 
 SectionT = TypeVar("SectionT", bound=Section)
-
-
-# settings of the speed detector, by their names, that have a place in [speed]
-SPEED_KEYS = {"speed_min_mps": "minimum_mps", "speed_max_mps": "maximum_mps", "tolerance": "tolerance"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,31 +197,8 @@ class _Parser:
             tables.get("thruster", {})
         )
         self._problems += problems
-        watched = None if speed is None else self._speed_settings(speed, tables.get("speed", {}))
-        return None if thruster is None else Detectors(thruster, watched)
-
-    def _speed_settings(self, speed: Speed, table: object) -> SpeedConfig | None:
-        elsewhere = {
-            name: Setting(f"speed.{key}", value)
-            for name, key in SPEED_KEYS.items()
-            if (value := getattr(speed, key)) is not None
-        }
-        if (speed.minimum_mps is None) != (speed.maximum_mps is None):  # told already
-            elsewhere = {name: one for name, one in elsewhere.items() if name == "tolerance"}
-        if speed.curve is not None:
-            elsewhere["speed_curve"] = Setting("speed.curve", self._curve(speed.curve))
-        if speed.flow is not None:
-            flow, problems = flow_model(speed.flow)
+        watched = None
+        if speed is not None:
+            watched, problems = speed_settings(speed, tables.get("speed", {}))
             self._problems += problems
-            elsewhere["flow_model"] = Setting("speed.flow", flow)
-        left_out = ("basis", "flow_model", "speed_curve", *SPEED_KEYS)
-        settings, problems = DetectorSettings(SpeedConfig, "detector.speed", elsewhere, left_out).read(table)
-        self._problems += problems
-        return settings
-
-    def _curve(self, points: list[tuple[float, float]]) -> SpeedCurve | None:
-        try:
-            return SpeedCurve(*zip(*points, strict=True))
-        except ValueError as error:
-            self._problems.append(Problem("speed.curve", points, str(error)))
-            return None
+        return None if thruster is None else Detectors(thruster, watched)

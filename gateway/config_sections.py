@@ -15,11 +15,14 @@ from gateway.local_frame import LocalFrame
 
 # name of the link to the autopilot, where buses have names of their own
 MAVLINK = "mavlink"
+# no vehicle under water is faster: what is was meant in another unit
+SPEED_MAX_MPS = 30.0
 
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
 Share = Annotated[float, Field(ge=-1, le=1)]
 Latitude = Annotated[float, Field(ge=-90, le=90)]
+Direction = Annotated[float, Field(ge=0, le=360)]
 Longitude = Annotated[float, Field(ge=-180, le=360)]
 PathText = Annotated[Path, Strict(False)]
 
@@ -142,7 +145,7 @@ class Flow(Section):
     """`[speed.flow]`: what is known of the current from elsewhere: a constant one, a tide, or a forecast file."""
 
     speed_mps: NotNegative | None = Field(None, description="of the constant current")
-    direction_deg: float | None = Field(None, description="true direction that the constant current sets towards")
+    direction_deg: Direction | None = Field(None, description="true direction that the constant current sets towards")
     constituents: list[Constituent] = Field([], description="of the tide; a constant current is its mean")
     file: PathText | None = Field(None, description="NetCDF file of a current forecast")
     latitude_deg: Latitude | None = Field(
@@ -166,8 +169,13 @@ class Speed(Section):
         "auto",
         description="source of positions; auto: fixes (USBL, GPS), else the autopilot's local, else its global",
     )
-    minimum_mps: NotNegative | None = Field(None, description="least normal speed; left out, with maximum: learnt")
-    maximum_mps: Positive | None = Field(None, description="largest normal speed")
+    minimum_mps: NotNegative | None = Field(
+        None, le=SPEED_MAX_MPS, description="m/s? least normal speed; left out, with maximum_mps: learnt"
+    )
+    maximum_mps: Positive | None = Field(None, le=SPEED_MAX_MPS, description="m/s? largest normal speed")
+    command: Annotated[float, Field(gt=0, le=1)] | None = Field(
+        None, description="that minimum_mps and maximum_mps belong to; percent? 60 % is 0.6"
+    )
     tolerance: Annotated[float, Field(gt=0, lt=1)] = Field(
         0.2, description="of the learnt normal speed: a share of it up or down is normal"
     )

@@ -16,6 +16,7 @@ from can.interfaces import VALID_INTERFACES
 from drivers.mavlink.endpoint import parse_endpoint
 from gateway.config_sections import MAVLINK, CanBus, CommandSource, Failsafe, Mavlink, RpmSource, Speed, Thruster
 from gateway.problems import Problem
+from gateway.speed_settings import contradictions
 from gateway.wiring import command_scale, refused_signals
 
 SENDING_ACTIONS = frozenset({"hold", "surface", "manual", "disarm"})
@@ -75,7 +76,7 @@ def inconsistencies(
         *_shared_places(thruster, protocols),
         *(problem for one in thruster for problem in _split_escs(one, protocols)),
         *(problem for bus in can for problem in _signal_problems(bus, thruster)),
-        *_speed_problems(speed, tables),
+        *_speed_problems(speed, thruster, tables),
         *_failsafe_problems(failsafe, tables),
     ]
 
@@ -203,7 +204,9 @@ def _signal_problems(bus: CanBus, thrusters: Sequence[Thruster]) -> Iterator[Pro
             yield Problem(path, value, wanted)
 
 
-def _speed_problems(speed: Speed | None, tables: Mapping[str, Any]) -> Iterator[Problem]:
+def _speed_problems(
+    speed: Speed | None, thrusters: Sequence[Thruster], tables: Mapping[str, Any]
+) -> Iterator[Problem]:
     if "speed" not in tables:
         if isinstance(detectors := tables.get("detector"), dict) and "speed" in detectors:
             yield Problem(
@@ -212,14 +215,8 @@ def _speed_problems(speed: Speed | None, tables: Mapping[str, Any]) -> Iterator[
         return
     if MAVLINK not in tables:
         yield Problem("speed", None, "needs a [mavlink] table: heading and position come from the autopilot")
-    if speed is None:
-        return
-    if (speed.minimum_mps is None) != (speed.maximum_mps is None):
-        key = "minimum_mps" if speed.minimum_mps is None else "maximum_mps"
-        yield Problem(f"speed.{key}", None, "missing: want both, or neither where normal speed is to be learnt")
-    if speed.position == "local" and speed.flow is not None and speed.flow.file is not None:
-        wanted = 'a forecast needs positions on the earth: want "global", "fix" or "auto"'
-        yield Problem("speed.position", speed.position, wanted)
+    if speed is not None:
+        yield from contradictions(speed, thrusters, tables)
 
 
 def _failsafe_problems(failsafe: Failsafe | None, tables: Mapping[str, Any]) -> Iterator[Problem]:

@@ -67,7 +67,8 @@ class DetectorSettings(Generic[SettingsT]):
                 if culprit is None:  # of what is left: it may be what was taken out that is missing now
                     return None, problems or [Problem(self.path, values, str(error))]
                 refused = left.pop(culprit)
-                problems.append(Problem(refused.path, refused.value, str(error)))
+                wanted = str(error).removeprefix(f"{culprit} = {refused.value!r}: ")
+                problems.append(Problem(refused.path, refused.value, wanted))
 
 
 def _mistyped(setting: Setting, hint: Any) -> Iterator[Problem]:

@@ -57,6 +57,7 @@ def test_check_of_a_machine_that_can(written):
     code, text = called("check", str(written))
     assert code == 0, text
     assert all(line.startswith("ok ") for line in text.splitlines())
+    assert "ok       speed: not watched (no table [speed])" in text.splitlines()
 
 
 def test_check_says_how_to_mend_what_it_cannot(tmp_path):
@@ -84,8 +85,17 @@ def test_check_says_what_the_speed_watch_uses(tmp_path):
     assert f"ok       {path}: thrusters 1, 2 and speed over can0, mavlink" in told
     assert (
         "ok       speed: positions: fixes, else the autopilot's local, else its global position; "
-        "normal: 0.8 to 1.2 m/s; thrusters 1 drive ahead; current: 0.3 m/s towards 085" in told
+        "normal: 0.8 to 1.2 m/s; range holds at the command of the first seconds under way; better name it: "
+        "speed.command; thrusters 1 drive ahead; current: 0.3 m/s towards 085" in told
     )
+
+
+def test_check_says_which_command_the_normal_range_belongs_to(tmp_path):
+    path = tmp_path / "gateway.toml"
+    text = TWO_THRUSTERS.replace("esc_index = 0 }\n\n", "esc_index = 0 }\nahead = 1\n\n", 1) + SPEED_WATCH
+    path.write_text(text + "command = 0.6")
+    code, told = called("check", str(path))
+    assert code == 0 and "; normal: 0.8 to 1.2 m/s at the command 0.6; thrusters 1 drive ahead" in told
 
 
 @pytest.mark.parametrize(("ago_h", "code", "said"), [(1, 0, "km east of the origin"), (100, 1, "do not include")])

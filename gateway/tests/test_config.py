@@ -184,6 +184,57 @@ def speed_problems(text: str, head: str = TWO_THRUSTERS) -> dict[str, str]:
     return problems(head + text)
 
 
+AHEAD = TWO_THRUSTERS.replace("esc_index = 0 }\n\n", "esc_index = 0 }\nahead = 1\n\n", 1)
+RANGE = "minimum_mps = 0.8\nmaximum_mps = 1.2\n"
+SAID_OF_SPEED = {
+    "[speed]\nminimum_mps = 1.2\nmaximum_mps = 0.8": "speed.maximum_mps = 0.8: want above minimum_mps = 1.2",
+    f"[speed]\n{RANGE}curve = [[0.5, 0.6]]": "speed.curve = [[0.5, 0.6]]: minimum_mps and maximum_mps say what is "
+    "normal: remove one of them",
+    "[speed]\ncommand = 0.6": "speed.command = 0.6: means nothing without minimum_mps and maximum_mps, the range "
+    "that belongs to it",
+    f"[speed]\n{RANGE}command = 60": "speed.command = 60: should be less than or equal to 1 (that minimum_mps and "
+    "maximum_mps belong to; percent? 60 % is 0.6)",
+    "[speed]\nminimum_mps = 0.8\nmaximum_mps = 97": "speed.maximum_mps = 97: should be less than or equal to 30 "
+    "(m/s? largest normal speed)",
+    "[speed]\ncurve = [[25, 0.6], [50, 1.0]]": "speed.curve = [[25.0, 0.6], [50.0, 1.0]]: want [command, m/s] pairs "
+    "with commands from -1 to 1; percent? 25 % is 0.25",
+    "[speed]\ncurve = [[0.0, 0.6]]": "speed.curve = [[0.0, 0.6]]: want [command, m/s] pairs with commands other "
+    "than 0, at which every vehicle stands still",
+    "[speed]\ncurve = [[0.5, -0.6]]": "speed.curve = [[0.5, -0.6]]: want [command, m/s] pairs with speeds of the "
+    "same sign as their commands, and none of 0",
+    "[speed]\ncurve = [[0.5, 60]]": "speed.curve = [[0.5, 60.0]]: want [command, m/s] pairs with speeds up to "
+    "30 m/s; m/s?",
+    "[speed]\ncurve = [[0.5, 0.6], [0.5, 0.7]]": "speed.curve = [[0.5, 0.6], [0.5, 0.7]]: want [command, m/s] pairs "
+    "with rising commands, each once",
+    "[speed]\ncurve = [[0.5, 0.9], [1.0, 0.7]]": "speed.curve = [[0.5, 0.9], [1.0, 0.7]]: want [command, m/s] pairs "
+    "with speeds that do not fall as commands rise; m/s before the command?",
+    "[speed]\n[speed.flow]\nspeed_mps = 0.3\ndirection_deg = -5": "speed.flow.direction_deg = -5: should be greater "
+    "than or equal to 0 (true direction that the constant current sets towards)",
+    '[speed]\n[detector.speed]\nestimator = "published"': 'detector.speed = {"estimator": "published", '
+    '"tolerance": 0.2}: speed.minimum_mps = None: want a number: the published method does not learn its range',
+}
+
+
+@pytest.mark.parametrize("text", SAID_OF_SPEED)
+def test_what_is_said_of_the_speed_watch_is_said_once_and_in_the_files_words(text):
+    assert list(speed_problems(text, AHEAD).values()) == [SAID_OF_SPEED[text]]
+    with pytest.raises(ConfigError) as caught:
+        parse(AHEAD + text, Path("/nowhere"))
+    assert len(caught.value.problems) == 1
+
+
+@pytest.mark.parametrize("key", ["curve = [[0.5, 0.6]]", f"{RANGE}command = 0.6"])
+def test_what_belongs_to_a_command_needs_thrusters_that_drive_ahead(key):
+    ((path, said),) = speed_problems(f"[speed]\n{key}").items()
+    assert path in ("speed.curve", "speed.command")
+    assert said.endswith(": needs ahead on the thrusters that drive the vehicle")
+
+
+def test_range_and_its_command_reach_the_detector(tmp_path):
+    settings = parse(f"{AHEAD}[speed]\n{RANGE}command = 0.6", tmp_path).detector.speed
+    assert settings == SpeedConfig(speed_min_mps=0.8, speed_max_mps=1.2, range_command=0.6)
+
+
 SPEED_CLASHES = {
     "one of two": ("[speed]\nminimum_mps = 0.8", "speed.maximum_mps"),
     "upside down": ("[speed]\nminimum_mps = 0.8\nmaximum_mps = 0.7", "speed.maximum_mps"),
@@ -272,7 +323,7 @@ def test_settings_of_the_speed_watch_reach_the_detector(tmp_path):
         dimensions = 3
         position_noise_m = 0.5
         """
-    settings = parse(TWO_THRUSTERS + text, tmp_path).detector.speed
+    settings = parse(AHEAD + text, tmp_path).detector.speed
     assert settings == SpeedConfig(
         speed_curve=SpeedCurve((-1.0, 0.5, 1.0), (-0.8, 0.6, 1.2)),
         tolerance=0.25,
