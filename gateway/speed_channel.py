@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import fields, replace
 from functools import partial
 from typing import Protocol
 
 from detectors.speed import PoseSample, SpeedConfig, SpeedCurve, SpeedVerdict
+from detectors.speed.gridded_flow import GriddedFlow
 from drivers.readings import (
     Attitude,
     AutopilotReboot,
@@ -50,6 +53,10 @@ class Detector(Protocol):
         """Makes today's speed the normal one."""
         ...
 
+    def resume(self) -> None:
+        """After a restart of the program: the clock may be another, and what is wrong is to be found anew."""
+        ...
+
 
 SpeedFactory = Callable[[SpeedConfig, SpeedCurve | None], Detector]
 
@@ -74,7 +81,7 @@ class SpeedChannel(Channel[PoseSample]):
         self._remake = partial(make, settings)
         self._learns = settings.speed_curve is None and settings.speed_min_mps is None
         self._meaning = _meaning(pushing)
-        self._settings = f"{settings!r} {speed.model_dump_json()}"
+        self._settings = f"{_fingerprint(settings)} {speed.model_dump_json()}"
 
     def remark(self) -> str:
         """Where positions come from."""
@@ -100,6 +107,7 @@ class SpeedChannel(Channel[PoseSample]):
             return False
         if old.settings == self._settings:
             self._aligner.track.frame, self._detector = old.alignment, old.detector
+            self._detector.resume()
         else:
             self._detector = self._remake(old.detector.curve if self._learns else None)
         return True
@@ -139,3 +147,13 @@ def _meaning(pushing: Sequence[Thruster]) -> str:
     """What gives a learnt speed its meaning: the command that it belongs to."""
     parts = [one.model_dump_json(include={"number", "command", "ahead", "right"}) for one in pushing]
     return " ".join([SUBJECT, *parts])
+
+
+def _fingerprint(settings: SpeedConfig) -> str:
+    """The settings in one line. A forecast is in it by all of its numbers, of which its repr shows only a few."""
+    flow = settings.flow_model
+    if not isinstance(flow, GriddedFlow):
+        return repr(settings)
+    arrays = [getattr(flow, field.name) for field in fields(flow)]
+    digest = hashlib.sha256(b"".join(repr(array.shape).encode() + array.tobytes() for array in arrays))
+    return f"{replace(settings, flow_model=None)!r} forecast {digest.hexdigest()}"

@@ -95,7 +95,7 @@ class GroundSpeedDetector:
     def __init__(self, config: object = None, curve: SpeedCurve | None = None) -> None:
         self.config, self.curve = config, curve
         self.refused: Counter[str] = Counter()
-        self.accepted = self.samples = 0
+        self.accepted = self.samples = self.resumed = 0
         self._last: PoseSample | None = None
         self._speed_mps = math.nan
 
@@ -111,6 +111,10 @@ class GroundSpeedDetector:
 
     def accept(self) -> None:
         self.accepted += 1
+
+    def resume(self) -> None:
+        self.resumed += 1
+        self._last, self._speed_mps = None, math.nan
 
 
 def speed_verdict(time_s: float, level: Level, **fields: object) -> SpeedVerdict:

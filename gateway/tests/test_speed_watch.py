@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from detectors.speed import SpeedCurve
+from detectors.speed.gridded_flow import GriddedFlow
 from detectors.verdict import Level
 from drivers.mavlink.codec import MavlinkDecoder
 from drivers.mavlink.messages import CommandLong, StatusText
@@ -255,7 +256,31 @@ def test_what_was_learnt_is_recalled_where_it_fits(speed_config):
     play(old, sail(5.0))
     assert new.recall(old.learnt()) == []
     detector = new.learnt()["vehicle"].detector
-    assert detector.samples > 15
+    assert detector.samples > 15 and detector.resumed == 1
+
+
+def test_recalled_fault_is_not_told_without_new_evidence_and_an_earlier_clock_works(speed_config):
+    old, new = Pipeline(speed_config), Pipeline(speed_config)
+    assert faults(play(old, sail(75.0, fault_s=55.0, flow_mps=FLOW_MPS)))
+    assert new.recall(state.unpack(state.pack(old.learnt()))) == []
+    before = later(sail(8.0, flow_mps=FLOW_MPS), -1.6e9)
+    outcomes = play(new, before)
+    assert faults(outcomes) == [] and new.drops()["speed: late or repeated"] == 0
+    assert {round(one.sample.time_s - one.verdict.time_s) for one in judged(outcomes)} == {0}
+
+
+def test_forecasts_that_differ_only_in_the_midst_of_their_grids_are_two(speed_config):
+    axes = np.arange(24.0), np.array([0.0]), np.linspace(-9e3, 9e3, 9), np.linspace(-9e3, 9e3, 9)
+    still = np.zeros((24, 1, 9, 9, 2))
+    running = still.copy()
+    running[12, 0, 4, 4] = 0.7
+    assert repr(GriddedFlow(*axes, still)) == repr(GriddedFlow(*axes, running))
+    old = watching(with_settings(speed_config, flow_model=GriddedFlow(*axes, still)))
+    play(old, sail(5.0))
+    for grid, kept in ((still.copy(), True), (running, False)):
+        other = watching(with_settings(speed_config, flow_model=GriddedFlow(*axes, grid)))
+        assert other.recall(old.learnt()) == []
+        assert (other.learnt()["vehicle"].detector.samples > 0) is kept
 
 
 def with_settings(config: Config, **changes: object) -> Config:
