@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 AxisKind = Literal["time", "down", "latitude", "longitude"]
 
+NAME_THEM = "name the two to take by speed.flow.eastward and speed.flow.northward"
+
 # Standard names of the components towards east and north, as they are preferred. On a grid of latitudes and
 # longitudes x is east and y is north.
 VELOCITIES = tuple(
@@ -64,12 +66,12 @@ def velocities(dataset: xr.Dataset, variables: tuple[str, str] | None = None) ->
     for names in VELOCITIES:
         east, north = (_of_standard_name(dataset, name) for name in names)
         if len(east) > 1 or len(north) > 1:
-            raise ValueError(f"several currents alike, {_listed(east + north)}: name the two to take, east and north")
+            raise ValueError(f"several currents alike, {_listed(east + north)}: {NAME_THEM}")
         if east and north:
             return dataset[east[0]], dataset[north[0]]
     raise ValueError(
         f"no variables with the standard names {VELOCITIES[0][0]} and {VELOCITIES[0][1]} or their like:"
-        f" name the two to take, east and north, of {_listed(dataset)}"
+        f" {NAME_THEM}, of {_listed(dataset)}"
     )
 
 

@@ -113,7 +113,7 @@ def _opened(path: Path) -> Iterator[xr.Dataset]:
     try:
         import xarray as xr
     except ImportError as error:
-        raise ForecastError(f"{path}: no reader for it: pip install 'thruster-gateway[forecast]'") from error
+        raise ForecastError(f'{path}: no reader for it: pip install ".[forecast]"') from error
     try:
         dataset = xr.open_dataset(path, decode_timedelta=False)
     except (OSError, ValueError) as error:

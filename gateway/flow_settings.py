@@ -21,13 +21,13 @@ ELLIPSE = ("semi_major_mps", "semi_minor_mps", "inclination_deg", "lag_deg")
 
 def flow_model(flow: Flow) -> tuple[FlowModel | None, list[Problem]]:
     """The model that a table describes, or everything that is wrong with it. A forecast is read from its file."""
-    problems = [*_contradictions(flow), *_incomplete(flow)]
+    problems = [*_contradictions(flow), *_incomplete(flow), *_absent_file(flow)]
     if problems:
         return None, problems
     try:
         return _model(flow), []
     except ForecastError as error:
-        return None, [Problem(f"{PATH}.file", flow.file, str(error))]
+        return None, [Problem(f"{PATH}.file", flow.file, str(error).removeprefix(f"{flow.file}: "))]
     except ValueError as error:
         return None, [Problem(f"{PATH}.constituents", None, str(error))]
 
@@ -63,6 +63,13 @@ def _incomplete(flow: Flow) -> Iterator[Problem]:
         if given not in (set(AMPLITUDES), set(ELLIPSE)):
             wanted = f"want its amplitudes ({', '.join(AMPLITUDES)}) or its ellipse ({', '.join(ELLIPSE)})"
             yield Problem(f"{PATH}.constituents[name={constituent.name}]", None, wanted)
+
+
+def _absent_file(flow: Flow) -> Iterator[Problem]:
+    if flow.file is not None and not flow.file.is_file():
+        yield Problem(
+            f"{PATH}.file", flow.file, "no such file (a relative path starts at the configuration's folder)"
+        )
 
 
 def _model(flow: Flow) -> FlowModel:

@@ -367,6 +367,20 @@ def test_forecast_is_read_around_the_dive_site(tmp_path):
     assert config.speed.origin() == LocalFrame.at_degrees(63.4, 10.4)
 
 
+@pytest.mark.parametrize(
+    ("contents", "said"),
+    [(None, "no such file (a relative path starts at the configuration's folder)"), (b"time,u,v", "want a NetCDF")],
+)
+def test_forecast_that_cannot_be_read_is_named_once(tmp_path, contents, said):
+    path = tmp_path / "forecast.nc"
+    if contents is not None:
+        path.write_bytes(contents)
+    site = "latitude_deg = 63.4\nlongitude_deg = 10.4"
+    ((key, told),) = problems(f"{TWO_THRUSTERS}[speed]\n[speed.flow]\nfile = 'forecast.nc'\n{site}", tmp_path).items()
+    assert key == "speed.flow.file" and told.startswith(f"speed.flow.file = {path}: {said}")
+    assert told.count(str(path)) == 1
+
+
 @pytest.mark.parametrize("text", ["[vehicle", "vehicle = \x00"])
 def test_no_toml(text, tmp_path):
     assert "not valid TOML" in next(iter(problems(text, tmp_path).values()))

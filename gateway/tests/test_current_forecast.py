@@ -200,7 +200,10 @@ def attribute(variable: str, **attributes: Any) -> Any:
     ("change", "said"),
     [
         (attribute("uo", standard_name="eastward_wind"), "eastward_sea_water_velocity .* of uo, vo, thetao"),
-        (attribute("thetao", standard_name="eastward_sea_water_velocity"), "several currents alike, uo, thetao, vo"),
+        (
+            attribute("thetao", standard_name="eastward_sea_water_velocity"),
+            "several currents alike, uo, thetao, vo: .*speed.flow.eastward",
+        ),
         (attribute("vo", units="1"), "units of vo = '1': want m s-1 or cm s-1"),
         (attribute("depth", positive="up"), "depth is above the water"),
         (attribute("depth", units="dbar"), "units of depth = 'dbar'"),
@@ -262,7 +265,7 @@ def test_without_a_reader_the_way_out_is_said(monkeypatch):
         return really_import(name, *arguments, **keywords)
 
     monkeypatch.setattr(builtins, "__import__", without_xarray)
-    with pytest.raises(ForecastError, match=r"pip install 'thruster-gateway\[forecast\]'"):
+    with pytest.raises(ForecastError, match=r'pip install "\.\[forecast\]"'):
         load_forecast(Path("forecast.nc"), LocalFrame.at_degrees(*KIEL))
 
 
