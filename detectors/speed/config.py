@@ -23,6 +23,7 @@ class SpeedConfig:
     Attributes:
         speed_min_mps, speed_max_mps: normal speed through the water (paper 002, assumption 3), at the usual command;
             both None: learnt, as a curve over the command where that is known.
+        range_command: command that this range belongs to, above 0 to 1; None: the one of the first seconds under way.
         usual_mps: about the usual speed, within a factor of three, where no normal speed is given.
         tolerance: of the learnt normal speed: a share of it up or down is normal.
         estimator: how speed and flow are told apart. "interacting": several Kalman filters, from calm to changing
@@ -46,6 +47,7 @@ class SpeedConfig:
 
     speed_min_mps: float | None = None
     speed_max_mps: float | None = None
+    range_command: float | None = None
     usual_mps: float = 1.0
     tolerance: float = 0.2
     estimator: EstimatorName = "interacting"
@@ -54,7 +56,7 @@ class SpeedConfig:
     basis: FlowBasis | None = None
     flow_error_max: float = 0.07
     flow_model: FlowModel | None = None
-    flow_model_error_mps: float = 0.1
+    flow_model_error_mps: float = 0.2
     speed_limit_mps: float | None = None
     position_noise_m: float | None = None
     dimensions: Literal[2, 3] = 2
@@ -65,6 +67,8 @@ class SpeedConfig:
         for name in ("usual_mps", "learning_rate", "gain", "flow_model_error_mps", "surge_time_s"):
             value = getattr(self, name)
             _want(name, value, value > 0, "above 0")
+        command = self.range_command
+        _want("range_command", command, command is None or 0 < command <= 1, "above 0, to 1, or None")
         for name in ("speed_limit_mps", "position_noise_m"):
             value = getattr(self, name)
             _want(name, value, value is None or value > 0, "above 0, or None")

@@ -69,6 +69,11 @@ class SpeedCurve:
         below = min((command - known for known in self.commands if known <= command), default=BEYOND)
         return above + below <= NEAR or min(above, below) <= REACH
 
+    def beyond(self, command: float) -> float:
+        """How many times the greatest command that is known on its side; 0 where none is."""
+        greatest = max((abs(known) for known in self.commands if known * command > 0.0), default=0.0)
+        return abs(command) / greatest if greatest > 0.0 else 0.0
+
     def scaled(self, factor: float) -> SpeedCurve:
         """The same with all speeds times a factor above 0."""
         return SpeedCurve(self.commands, tuple(speed * factor for speed in self.speeds_mps))

@@ -57,6 +57,12 @@ class SpeedDetector:
         """An operator's act: the vehicle is as it should be. A fault is over, its present speed is the normal one."""
         self._method.accept()
 
+    def resume(self) -> None:
+        """After a restart of the program: the clock may be another, and what is wrong is to be found anew."""
+        self._last = replace(self._last, time_s=nan)
+        if isinstance(self._method, ObservedMethod):
+            self._method.resume()
+
     def update(self, sample: PoseSample) -> SpeedVerdict:
         """Judge the next sample. Never raises on data.
 

@@ -17,6 +17,8 @@ MOST = 0.5 * FAULT_AT  # that one estimate is evidence for, however far off it i
 MODEL_ERROR = 0.01
 # No fault makes a vehicle so fast, nor drives it backwards: what then is wrong is a heading, or a position
 LEAST, MOST_OF_HIGH = -0.5, 2.0
+# Much makes a vehicle slow and little makes it fast: to believe that takes so many times as much
+FAST = 1.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +44,8 @@ def weigh(ratio: float, error: float, low: float, high: float) -> Weight:
     """
     spread = hypot(error, MODEL_ERROR)
     impossible = not LEAST <= ratio <= MOST_OF_HIGH * high
-    return Weight(max(low - ratio, ratio - high) / spread, impossible or spread > 0.5 * (high - low))
+    deviations = max(low - ratio, (ratio - high) / FAST) / spread
+    return Weight(deviations, impossible or spread > 0.5 * (high - low))
 
 
 class Evidence:

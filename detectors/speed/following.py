@@ -71,6 +71,12 @@ class Follower:
         """The newest sample."""
         return self._last
 
+    def forget_time(self) -> None:
+        """The next sample is the first one, however late or early."""
+        self._last, self.believed_s = None, -inf
+        self._idle_s += FORGET_S
+        self._noise.interrupt()
+
     def take(self, sample: PoseSample, share: float, estimate: Estimate | None) -> Step | Beginning | None:
         """Takes the next sample; None where its position is not used.
 

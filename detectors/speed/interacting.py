@@ -57,9 +57,9 @@ LEADS_TO = np.array(  # (from, to) share of the beginnings
         [0.5, 0.0, 0.05, 0.05, 0.2, 0.1, 0.1],
         [0.5, 0.1, 0.0, 0.1, 0.1, 0.1, 0.1],
         [0.5, 0.1, 0.1, 0.0, 0.1, 0.1, 0.1],
-        [0.3, 0.4, 0.05, 0.05, 0.0, 0.1, 0.1],
-        [0.3, 0.1, 0.3, 0.1, 0.1, 0.0, 0.1],
-        [0.3, 0.1, 0.1, 0.3, 0.1, 0.1, 0.0],
+        [0.65, 0.2, 0.025, 0.025, 0.0, 0.05, 0.05],
+        [0.65, 0.05, 0.15, 0.05, 0.05, 0.0, 0.05],
+        [0.65, 0.05, 0.05, 0.15, 0.05, 0.05, 0.0],
     ]
 )
 BEGIN_IN = np.array((0.3, 0.2, 0.1, 0.1, 0.1, 0.1, 0.1))
@@ -70,14 +70,14 @@ LEAST_PROBABILITY = 1e-6  # a regime that was ruled out long ago must be able to
 # Where the water changes on and on, an eddy that the vehicle circles in may pass for speed: after such water no speed
 # is known better than to this share, times the part of the last seconds in which it changed
 RESTLESS = np.array([name.startswith("flow") for name in REGIMES], dtype=np.float64)
-RESTLESS_ERROR = 0.3
+RESTLESS_ERROR = 0.4
 RESTLESS_S = 30.0
 
 # A heading is off by so much, the same way for so long; what is off for ever is taken for slip or flow
 HEADING_ERROR_RAD, HEADING_ERROR_LASTS_S = 0.02, 2.0
 # Waves, an unsteady hull, a position that was filtered before it came here: a walk, in shares of the speed scale and
 # per square root of a second; and in turns, when all of it is worst, so many seconds of the way for each radian
-MOTION_ERROR, TURN_ERROR_S = 0.02, 0.2
+MOTION_ERROR, TURN_ERROR_S = 0.015, 0.12
 
 # Standard deviations at the start, in shares of the speed scale
 SPEED_AT_START = 0.6

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import expm1
+from math import expm1, sqrt
 
 from detectors.speed.config import SpeedConfig
 from detectors.speed.curve import SpeedCurve
@@ -66,6 +66,9 @@ class NormalSpeed:
         self._seeded = config.speed_min_mps is not None
         self._low, self._high = config.normal_shares
         self.curve = curve or config.speed_curve
+        if self.curve is None and self._seeded and config.range_command is not None:
+            self.curve = SpeedCurve((config.range_command,), (self.reference_mps,))
+        self._by_command = self.curve is not None and curve is None  # what was given means nothing without commands
         self._usual = 0.0
         self._usual_s = 0.0
         self._learning: dict[int, _Mean] = {}  # by tenths of the command
@@ -76,13 +79,23 @@ class NormalSpeed:
 
     def follow(self, command: float | None, interval_s: float) -> None:
         """Takes the command that held during an interval."""
-        self._known = command is not None or self._told is None
+        if command is not None and self._told is None and not self._by_command:
+            self._begin_by_command()
+        self._known = command is not None or (self._told is None and not self._by_command)
         self._told = self._told if command is None else command
         told = self._present()
         before = told if self._smooth is None else self._smooth
         self._smooth = before + (told - before) * -expm1(-interval_s / self._surge_time_s)
         if self.curve is None and self._usual_s < USUAL_S and abs(told) > STOPPED:
             self._settle(abs(told), interval_s)
+
+    def _begin_by_command(self) -> None:
+        """The first command: what was learnt or assumed without any is of no use."""
+        self._by_command = True
+        if self.curve is not None and self.curve.commands == (UNITY,):
+            self.curve = None
+        self._usual = self._usual_s = 0.0
+        self._learning.clear()
 
     def _settle(self, told: float, interval_s: float) -> None:
         """Finds the usual command, and begins a curve that is given there."""
@@ -108,10 +121,26 @@ class NormalSpeed:
 
     def range(self) -> NormalRange | None:
         """The normal speed at the present command, as the hull has followed it; None where it is not known."""
-        command = self._followed
-        if self.curve is None or not self._known or not self.curve.covers(command):
+        if self.curve is None or not self._known:
             return None
-        return NormalRange(self.curve.speed_mps(command), self._low, self._high)
+        command = self._followed
+        if self.curve.covers(command):
+            return NormalRange(self.curve.speed_mps(command), self._low, self._high)
+        beyond = self.curve.beyond(command)
+        if beyond <= 1.0:
+            return None
+        # more thrust than was ever learnt: the speed grows, by no more than in proportion and no less than its root
+        return NormalRange(self.curve.speed_mps(command), self._low / sqrt(beyond), self._high)
+
+    @property
+    def command_lost(self) -> bool:
+        """Whether there should be a command and is none."""
+        return not self._known
+
+    @property
+    def learnt(self) -> bool:
+        """Whether the normal speed at the present command was given or learnt, and is not only bounded."""
+        return self.curve is not None and self.curve.covers(self._followed)
 
     @property
     def stopped(self) -> bool:
@@ -132,7 +161,7 @@ class NormalSpeed:
             interval_s: for so long.
         """
         learning = self.curve is not None or self._usual_s >= USUAL_S
-        if not learning or not self._known or self.stopped or self.range() is not None:
+        if not learning or not self._known or self.stopped or self.learnt:
             return 1.0
         foreseen = self._share_at(self._followed)
         tenth = round(10.0 * self._followed)

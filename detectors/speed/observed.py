@@ -25,6 +25,7 @@ FloatArray = NDArray[np.float64]
 
 START_S = 15.0  # what is learnt first is not judged
 STALE_S = 10.0  # after so long without a position to believe, nothing is known of the present
+OLD_S = 300.0  # a FAULT of so long ago is to be found anew
 WELL_KNOWN = 0.06  # a speed with an error up to this share of it is good enough to learn from
 ACCEPTABLE = 0.2  # an operator who accepts a speed that is known less well accepts whatever will be learnt next
 SURGE_ERROR = 0.3  # of the part of a change of speed that is still to come: hulls follow as a lag only roughly
@@ -57,6 +58,8 @@ class ObservedMethod:
         self._evidence = Evidence()
         self._estimate: Estimate | None = None
         self._learnt_s = 0.0
+        self._slow = True
+        self._healthy = True  # when it was last judged; a vehicle that may have been caught teaches nothing
 
     @property
     def refused(self) -> Counter[str]:
@@ -66,23 +69,32 @@ class ObservedMethod:
     def judge(self, sample: PoseSample) -> SpeedVerdict:
         """The next sample; finite, and later than the one before."""
         last = self._follower.last
-        self.normal.follow(*(sample.command, 0.0) if last is None else (last.command, sample.time_s - last.time_s))
+        self.normal.follow(sample.command, 0.0 if last is None else sample.time_s - last.time_s)
         match self._follower.take(sample, self.normal.share(), self._estimate):
             case Step() as step:
                 self._learn(step)
             case Beginning(time_s, position_m, idle_s):
                 self._estimator.begin(position_m, time_s)
                 self._estimator.idle(idle_s)
-                if idle_s > 0.0:
+                if idle_s > OLD_S:
+                    self._evidence.clear()
+                elif idle_s > 0.0:
                     self._evidence.nothing()
         if sample.time_s - self._follower.believed_s > STALE_S:
             self._evidence.nothing()
         return self._verdict(sample)
 
+    def resume(self) -> None:
+        """Goes on at another time: only what was learnt is kept."""
+        self._follower.forget_time()
+        self._evidence.clear()
+        self._healthy = True
+
     def accept(self) -> None:
         """The present speed is normal from now on; where it is not known, the one that is learnt next."""
         estimate = self._estimate
-        if estimate is not None and self._error(estimate) < ACCEPTABLE and estimate.speed_mps > 0.0:
+        known = estimate is not None and self.normal.curve is not None and self._error(estimate) < ACCEPTABLE
+        if known and estimate is not None and estimate.speed_mps > 0.0:
             ratio = estimate.speed_mps / self.normal.reference_mps
             self.normal.accept(ratio)
             self._rescale(1.0 / ratio, estimate)
@@ -106,11 +118,16 @@ class ObservedMethod:
         surging = SURGE_ERROR * abs(self.normal.share() - self._follower.way.share)
         ratio, error = estimate.speed_mps / self.normal.reference_mps, hypot(self._error(estimate), surging)
         normal = self.normal.range()
-        if normal is not None and not self.normal.stopped:
+        if normal is None or self.normal.stopped:
+            self._evidence.nothing()
+        else:
             self._evidence.take(weigh(ratio, error, normal.low, normal.high), interval_s)
-            return
-        self._evidence.nothing()
-        if error < WELL_KNOWN * abs(ratio) and self._evidence.level is not Level.FAULT:
+            if self._evidence.level < Level.FAULT:
+                self._slow = ratio < 0.5 * (normal.low + normal.high)
+        healthy = self._evidence.level is Level.NORMAL or (normal is None and self._healthy)
+        if normal is not None:
+            self._healthy = self._evidence.level is Level.NORMAL
+        if healthy and error < WELL_KNOWN * abs(ratio):
             factor = self.normal.learn(ratio, interval_s)
             if factor != 1.0:
                 self._rescale(factor, estimate)
@@ -134,7 +151,8 @@ class ObservedMethod:
         flow_mps: tuple[float, ...] = (nan,) * self._config.dimensions
         if self._estimate is not None:
             share = self._follower.way.share
-            speed_mps, error_mps = self._estimate.speed_mps * share, self._estimate.speed_error_mps * abs(share)
+            speed_mps, error_mps = self._estimate.speed_mps * share, self._estimate.speed_error_mps
+            error_mps = error_mps * abs(share) if isfinite(error_mps) else error_mps
             learnt_mps, flow_error = self._flow(sample, self._estimate)
             flow_mps = tuple(learnt_mps.tolist())
             if self._distrusted(flow_error):
@@ -170,7 +188,9 @@ class ObservedMethod:
         if level is Level.NORMAL or estimate is None:
             return "" if level is Level.NORMAL else "learning"
         if level >= Level.SUSPECT:
-            return "too slow" if estimate.speed_mps < self.normal.reference_mps else "too fast"
+            return "too slow" if self._slow else "too fast"
+        if self.normal.command_lost:
+            return "command not known"
         if self.normal.stopped:
             return "thrusters stopped"
         if self.normal.range() is None:

@@ -23,7 +23,8 @@ class PoseSample:
         heading_rad: true heading, clockwise from north; any number of turns.
         down_m: depth.
         pitch_rad: nose up is positive.
-        command: thrust ahead that the thrusters are told, as a share of their most, -1 to 1; None where not known.
+        command: thrust ahead that the thrusters were told since the sample before, as a share of their most, -1 to 1;
+            None where not known.
         sideways: the same to the right.
     """
 

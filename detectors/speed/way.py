@@ -65,7 +65,7 @@ class Way:
         middle_rad = last.heading_rad + 0.5 * turn_rad
         chord = _sinc(0.5 * turn_rad)
         ahead_s, self.share = self._followed(self.share, share, interval_s)
-        aside_s, self._side_share = self._followed(self._side_share, last.sideways, interval_s)
+        aside_s, self._side_share = self._followed(self._side_share, sample.sideways, interval_s)
         right = self._vector(-sin(middle_rad), cos(middle_rad), 0.0)
         pitch_rad = 0.5 * (last.pitch_rad + sample.pitch_rad)
         level = cos(pitch_rad)
