@@ -28,7 +28,7 @@ class DebounceTimes:
     Attributes:
         suspect_s: SUSPECT or worse.
         fault_s: FAULT.
-        clear_s: NORMAL, and likewise UNKNOWN.
+        clear_s: NORMAL, and likewise UNKNOWN. A shorter UNKNOWN stops the time of NORMAL, and does not end it.
 
     Raises:
         ValueError: a negative time.
@@ -71,13 +71,22 @@ class Debounce:
         if self._muted and level >= Level.SUSPECT:
             return None
         self._muted = False
+        self._leave_out_unknown(time_s, level)
         lasted = None
         for event, levels in _RUNS_AT.items():
             if level not in levels:
-                self._since_s.pop(event, None)
+                if (event, level) != (Event.GOOD, Level.UNKNOWN):
+                    self._since_s.pop(event, None)
             elif time_s - self._since_s.setdefault(event, time_s) >= self._lasts_s[event] and lasted is None:
                 lasted = event
+        if lasted is Event.LEARNING:
+            self._since_s.pop(Event.GOOD, None)
         return lasted
+
+    def _leave_out_unknown(self, time_s: float, level: Level) -> None:
+        """Where NORMAL goes on after a short UNKNOWN, that one's time does not count as good."""
+        if level is Level.NORMAL and {Event.GOOD, Event.LEARNING} <= self._since_s.keys():
+            self._since_s[Event.GOOD] += time_s - self._since_s[Event.LEARNING]
 
     def mute(self) -> None:
         """What is bad now has been dealt with: it counts again only after it was away, or after `unmute`."""

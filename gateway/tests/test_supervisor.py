@@ -192,6 +192,25 @@ def test_debounce_times(wrong):
         DebounceTimes(*wrong)
 
 
+NORMAL, UNKNOWN, SUSPECT = Level.NORMAL, Level.UNKNOWN, Level.SUSPECT
+
+
+@pytest.mark.parametrize(
+    ("levels", "good_s"),
+    [
+        ([NORMAL] * 20, 5),
+        ([NORMAL] * 3 + [UNKNOWN] * 4 + [NORMAL] * 13, 9),  # 3 s, four that do not count, and 2 s
+        (([NORMAL] + [UNKNOWN] * 4) * 8, 25),
+        ([NORMAL] * 3 + [UNKNOWN] * 6 + [NORMAL] * 11, 14),  # not known for long: it begins anew
+        ([NORMAL] * 3 + [UNKNOWN, SUSPECT, UNKNOWN] + [NORMAL] * 14, 11),
+    ],
+)
+def test_short_unknown_stops_the_time_of_normal_and_a_long_one_ends_it(levels, good_s):
+    debounce = Debounce(DebounceTimes(1.0, 0.0, 5.0))
+    events = [debounce.update(float(time_s), level) for time_s, level in enumerate(levels)]
+    assert events.index(Event.GOOD) == good_s
+
+
 def test_muted_debounce_speaks_again_when_unmuted():
     debounce = Debounce(AT_ONCE)
     debounce.mute()
