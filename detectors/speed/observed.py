@@ -9,6 +9,7 @@ from math import hypot, isfinite, nan
 import numpy as np
 from numpy.typing import NDArray
 
+from detectors.speed.adaptive import AdaptiveEstimator
 from detectors.speed.anomaly import Flag
 from detectors.speed.config import SpeedConfig
 from detectors.speed.curve import SpeedCurve
@@ -145,7 +146,7 @@ class ObservedMethod:
         return estimate.speed_error_mps / self.normal.reference_mps
 
     def _verdict(self, sample: PoseSample) -> SpeedVerdict:
-        level, normal = self._evidence.level, self.normal.range()
+        level, normal, reason = self._evidence.level, self.normal.range(), ""
         low_mps, high_mps = (nan, nan) if normal is None else normal.limits_mps
         speed_mps = error_mps = flow_error = nan
         flow_mps: tuple[float, ...] = (nan,) * self._config.dimensions
@@ -153,10 +154,10 @@ class ObservedMethod:
             share = self._follower.way.share
             speed_mps, error_mps = self._estimate.speed_mps * share, self._estimate.speed_error_mps
             error_mps = error_mps * abs(share) if isfinite(error_mps) else error_mps
-            learnt_mps, flow_error = self._flow(sample, self._estimate)
+            learnt_mps, flow_error, contradicted = self._flow(sample, self._estimate)
             flow_mps = tuple(learnt_mps.tolist())
-            if self._distrusted(flow_error):
-                level = Level.UNKNOWN
+            if contradicted and level > Level.NORMAL:
+                level, reason = Level.UNKNOWN, "flow is not as foreseen"
         return SpeedVerdict(
             time_s=sample.time_s,
             level=level,
@@ -168,20 +169,19 @@ class ObservedMethod:
             flow_error=flow_error,
             speed_min_mps=low_mps,
             speed_max_mps=high_mps,
-            reason=self._reason(level),
+            reason=reason or self._reason(level),
         )
 
-    def _flow(self, sample: PoseSample, estimate: Estimate) -> tuple[FloatArray, float]:
-        """(D,) F_L and p_E."""
+    def _flow(self, sample: PoseSample, estimate: Estimate) -> tuple[FloatArray, float, bool]:
+        """(D,) F_L, p_E, and whether what is foreseen contradicts what was learnt (Algorithm 2, line 4)."""
         outside, position_m = self._follower.outside, position_of(sample, self._config.dimensions)
+        normal = self._evidence.level <= Level.NORMAL
+        if isinstance(self._estimator, AdaptiveEstimator):  # has no uncertainty of its own, only this to go by
+            flow_error = outside.error_of_field(self._estimator.flow, normal, sample.time_s, position_m)
+            return estimate.flow_mps, flow_error, flow_error > self._config.flow_error_max
         learnt_mps = estimate.flow_mps + outside.taken_off_mps(sample.time_s, position_m, sample.down_m)
         said_mps = outside.said_mps(sample.time_s, position_m, sample.down_m)
-        return learnt_mps, outside.error(learnt_mps, said_mps, normal=self._evidence.level <= Level.NORMAL)
-
-    def _distrusted(self, flow_error: float) -> bool:
-        """Algorithm 2, line 4: the adaptive law, which has no uncertainty of its own, has only this to go by."""
-        suspicious = self._config.estimator == "adaptive" and self._evidence.level > Level.NORMAL
-        return suspicious and flow_error > self._config.flow_error_max
+        return learnt_mps, outside.error(learnt_mps, said_mps, normal), outside.contradicted(learnt_mps, said_mps)
 
     def _reason(self, level: Level) -> str:
         estimate = self._estimate

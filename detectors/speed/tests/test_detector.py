@@ -76,6 +76,25 @@ def test_a_net_that_takes_a_third_of_the_speed(seed, config):
 
 
 @SEEDS
+def test_a_pilot_who_pushes_harder_against_a_net_does_not_teach_it_as_normal(seed):
+    dive = Dive(heading=zig_zag(), power=step_at(110.0, 1.0, 0.5), command=step_at(120.0, 0.5, 0.8), speed_mps=2.0)
+    _, verdicts = watched(dive.poses(every(0.2, 240.0), seed), LEARNT)
+    assert 110.0 < fault_at(verdicts) < 160.0
+    assert Level.NORMAL not in levels(verdicts, 130.0)
+
+
+def test_after_a_restart_an_earlier_clock_is_no_trouble_and_an_old_fault_no_news():
+    samples = Dive(heading=zig_zag(), power=step_at(90.0, 1.0, 0.6)).poses(every(0.2, 140.0), 1)
+    detector, verdicts = watched(samples)
+    assert verdicts[-1].level is Level.FAULT
+    detector.resume()
+    again = [detector.update(replace(sample, time_s=sample.time_s - 3600.0)) for sample in samples[:400]]
+    assert again[0].level is Level.UNKNOWN
+    assert Level.FAULT not in levels(again)
+    assert again[-1].level is Level.NORMAL
+
+
+@SEEDS
 def test_a_vehicle_that_is_too_fast_is_not_as_it_should_be_either(seed):
     dive = Dive(heading=zig_zag(), power=step_at(90.0, 1.0, 1.45))
     last = verdicts_of(dive.poses(every(0.2, 150.0), seed))[-1]
@@ -462,3 +481,11 @@ def test_the_learnt_curve_is_there_to_be_kept():
     assert detector.curve.commands == pytest.approx((0.8,))
     assert detector.curve.speed_mps(0.8) == pytest.approx(1.2, abs=0.05)
     assert pickle.loads(pickle.dumps(detector)).curve == detector.curve  # noqa: S301
+
+
+@pytest.mark.parametrize("across_mps", [-0.6, 0.6])
+def test_a_model_of_the_flow_that_is_wrong_is_no_fault_of_the_vehicle(across_mps):
+    flow = (-across_mps * sin(COURSE_RAD), across_mps * cos(COURSE_RAD), 0.0)
+    config = replace(FIXED, flow_model=ConstantFlow(0.0, 0.0), flow_model_error_mps=0.1)
+    verdicts = verdicts_of(Dive(heading=zig_zag(), flow=lambda t: flow).poses(every(0.2, 120.0), 1), config)
+    assert Level.FAULT not in levels(verdicts)

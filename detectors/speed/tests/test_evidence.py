@@ -36,7 +36,7 @@ def faulty():
 def test_deviations_are_counted_from_the_nearer_limit_outwards(ratio, sign):
     assert weigh(ratio, 0.05, LOW, HIGH).deviations * sign > 0.0
     assert weigh(0.8 - 0.05, 0.05, LOW, HIGH).deviations == pytest.approx(1.0, rel=0.1)
-    assert weigh(1.2 + 0.15, 0.05, LOW, HIGH).deviations == pytest.approx(2.0, rel=0.1)  # too fast is harder to believe
+    assert weigh(1.2 + 0.15, 0.05, LOW, HIGH).deviations == pytest.approx(2.0, rel=0.1)  # takes more
 
 
 def test_a_speed_that_is_known_exactly_is_not_infinitely_many_deviations_off():

@@ -1,4 +1,5 @@
 import pickle
+from dataclasses import replace
 
 import pytest
 
@@ -42,8 +43,32 @@ def test_a_fixed_range_belongs_to_the_command_that_is_usual_at_first():
     assert limits(normal) == pytest.approx((0.8, 1.2))
     driven(normal, 0.66, 20.0)
     assert limits(normal) == pytest.approx((0.88, 1.32), rel=1e-6)
-    driven(normal, 1.0, 20.0)
-    assert limits(normal) is None  # too far from what is known
+    driven(normal, 1.0, 20.0)  # too far from what is known: between in proportion to the command and to its root
+    assert limits(normal) == pytest.approx((0.8 * (1.0 / 0.6) ** 0.5, 1.2 / 0.6), rel=1e-6)
+    assert not normal.learnt
+
+
+def test_a_fixed_range_may_name_its_command():
+    normal = NormalSpeed(replace(FIXED, range_command=0.6))
+    driven(normal, 0.3, 5.0)
+    assert limits(normal) is None  # slower than that: nothing is known yet
+    driven(normal, 0.6, 20.0)
+    assert limits(normal) == pytest.approx((0.8, 1.2), rel=1e-6)
+
+
+def test_the_first_command_makes_what_was_assumed_without_any_of_no_use():
+    normal = NormalSpeed(FIXED)
+    normal.follow(None, 0.0)
+    assert normal.learnt
+    driven(normal, 0.5, USUAL_S + 5.0)
+    assert normal.curve == SpeedCurve((0.5,), (1.0,))
+
+
+def test_a_given_curve_says_nothing_without_a_command():
+    normal = NormalSpeed(SpeedConfig(speed_curve=SpeedCurve((0.5,), (2.0,))))
+    normal.follow(None, 0.0)
+    assert limits(normal) is None
+    assert normal.command_lost
 
 
 def test_the_usual_command_is_the_mean_under_way_and_stops_do_not_count():
