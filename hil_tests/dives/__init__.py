@@ -1,0 +1,6 @@
+"""Random dives: what the navigation sensors of a simulated vehicle say, and what is true."""
+
+from hil_tests.dives.dive import Dive, Style, random_dive
+from hil_tests.dives.manoeuvres import VEHICLES, VehicleName
+
+__all__ = ["VEHICLES", "Dive", "Style", "VehicleName", "random_dive"]
