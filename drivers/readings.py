@@ -97,7 +97,7 @@ class CommandAcknowledgement:
 
 @dataclass(frozen=True, slots=True)
 class Attitude:
-    """Attitude of the vehicle and its body rates."""
+    """Attitude of the vehicle and its body rates; `boot_s` as in `Inertial`."""
 
     time_s: float
     roll_rad: float
@@ -106,6 +106,7 @@ class Attitude:
     roll_rate_radps: float
     pitch_rate_radps: float
     yaw_rate_radps: float
+    boot_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,6 +118,7 @@ class GlobalPosition:
     longitude_rad: float
     depth_m: float
     velocity_mps: tuple[float, float, float]
+    boot_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,6 +151,63 @@ class PositionFix:
 
 
 @dataclass(frozen=True, slots=True)
+class Inertial:
+    """What an inertial measurement unit felt.
+
+    Attributes:
+        time_s: reception, later than the measurement by what the link's queues took, which differs from one to the
+            next.
+        boot_s: the same instant on the sender's own clock, which begins at its start; None: it has none. For what is
+            integrated over time this is the one that counts.
+        source: which unit, by the message that it came in.
+        specific_force_mps2: (3,) forward, right, down; at rest and level (0, 0, -9.8).
+        angular_rate_radps: (3,) about the same axes.
+    """
+
+    time_s: float
+    boot_s: float | None
+    source: str
+    specific_force_mps2: tuple[float, float, float]
+    angular_rate_radps: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class BodyVelocity:
+    """Velocity over ground as a Doppler velocity log, or what stands in for one, measured it.
+
+    Attributes:
+        time_s: reception.
+        boot_s: on the sender's own clock; None: it has none, as DVL drivers mostly do.
+        velocity_mps: (3,) forward, right, down.
+        source: message and sender.
+    """
+
+    time_s: float
+    boot_s: float | None
+    velocity_mps: tuple[float, float, float]
+    source: str
+
+
+@dataclass(frozen=True, slots=True)
+class WaterPressure:
+    """Absolute pressure at one of the autopilot's barometers. Of the first one it may well be that of the hull's air.
+
+    Attributes:
+        time_s: reception.
+        boot_s: on the autopilot's own clock.
+        instance: 1, 2 or 3.
+        pressure_pa: absolute.
+        temperature_k: of the sensor; None: not said.
+    """
+
+    time_s: float
+    boot_s: float
+    instance: int
+    pressure_pa: float
+    temperature_k: float | None
+
+
+@dataclass(frozen=True, slots=True)
 class LinkState:
     """A bus or link came up, went down, or told of trouble while it stayed up.
 
@@ -176,5 +235,8 @@ Reading = (
     | GlobalPosition
     | LocalPosition
     | PositionFix
+    | Inertial
+    | BodyVelocity
+    | WaterPressure
     | LinkState
 )

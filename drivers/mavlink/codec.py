@@ -14,14 +14,21 @@ from drivers.mavlink.autopilot import AUTOPILOT_COMPONENT, AUTOPILOT_INVALID, Au
 from drivers.mavlink.fixes import PositionFixes
 from drivers.mavlink.formats import ESC_TELEMETRY, MessageFormat
 from drivers.mavlink.frames import FrameScanner, Packet
+from drivers.mavlink.inertial import Barometers, InertialUnits
 from drivers.mavlink.messages import CommandLong, CompanionHeartbeat, OutgoingMessage, StatusText
 from drivers.mavlink.thrusters import ESCS_PER_MESSAGE, MavlinkThruster, ThrusterTelemetry
 from drivers.mavlink.vehicle import VehicleTelemetry, heartbeat
-from drivers.readings import AutopilotConflict, Reading
+from drivers.mavlink.velocities import BodyVelocities
+from drivers.readings import Attitude, AutopilotConflict, Reading
 
 __all__ = ["MavlinkDecoder", "MavlinkEncoder", "MavlinkThruster"]
 
 COMPANION_COMPONENT = 192  # MAV_COMP_ID_ONBOARD_COMPUTER2
+# The ground station's, with which DVL drivers on the vehicle speak as well.
+GROUND_SYSTEM = 255
+VELOCITIES = frozenset(
+    message.message_id for message in (formats.VISION_POSITION_DELTA, formats.VISION_SPEED_ESTIMATE, formats.ODOMETRY)
+)
 
 Handler = tuple[MessageFormat, Callable[[tuple[Any, ...], float], list[Reading]]]
 
@@ -58,7 +65,8 @@ class MavlinkEncoder:
 class MavlinkDecoder:
     """A stream of MAVLink 1 and 2 from a vehicle to readings: what its autopilot says, and nobody else.
 
-    (But for GPS_INPUT, which positioning systems send as other components of the vehicle.)
+    (But for GPS_INPUT, which positioning systems send as other components of the vehicle, and for DVLs, whose drivers
+    do that, too, or use a ground station's system id.)
 
     No byte makes it raise. Signed frames are taken like any other: their signature is not checked.
 
@@ -66,6 +74,7 @@ class MavlinkDecoder:
         thrusters: where commands and speeds are found.
         own_component: component id under which the gateway sends; what comes back from it is ignored.
         autopilot_system: MAVLink system id of our autopilot; None: the only one that is heard.
+        navigation: True where inertial units, water pressure and DVL are wanted, too.
 
     Attributes:
         drops: what was thrown away, counted by cause.
@@ -79,6 +88,7 @@ class MavlinkDecoder:
         thrusters: Sequence[MavlinkThruster],
         own_component: int = COMPANION_COMPONENT,
         autopilot_system: int | None = None,
+        navigation: bool = False,
     ) -> None:
         _check_component(own_component)
         for name in ("thruster", "esc_index", "rpm_sensor"):
@@ -86,11 +96,15 @@ class MavlinkDecoder:
         self.drops: Counter[str] = Counter()
         self._thrusters = tuple(thrusters)
         self._own_component = own_component
+        self._navigation = navigation
         self._autopilot = AutopilotChoice(autopilot_system, self.drops)
         self._handlers = self._handlers_for(autopilot_system)
         self._handlers_system = autopilot_system
         self._fixes = PositionFixes(self.drops)
+        self._velocities = BodyVelocities(self.drops)
         wanted = {formats.HEARTBEAT.message_id, formats.GPS_INPUT.message_id, *self._handlers}
+        if navigation:
+            wanted |= VELOCITIES
         self._scanner = FrameScanner(wanted, self.drops)
 
     @property
@@ -109,6 +123,8 @@ class MavlinkDecoder:
         for packet in self._scanner.feed(data, time_s):
             if packet.message_id == formats.GPS_INPUT.message_id:
                 readings += self._from_positioning(packet, time_s)
+            elif packet.message_id in VELOCITIES:
+                readings += self._from_dvl(packet, time_s)
             elif packet.component_id == AUTOPILOT_COMPONENT:
                 readings += self._from_autopilot(packet, time_s)
         return readings
@@ -121,6 +137,15 @@ class MavlinkDecoder:
             return []
         return self._fixes.gps_input(packet.component_id, formats.GPS_INPUT.unpack(packet.payload), time_s)
 
+    def _from_dvl(self, packet: Packet, time_s: float) -> list[Reading]:
+        ours = self._autopilot.system_id
+        if (packet.system_id, packet.component_id) == (ours, self._own_component):
+            return []
+        if ours is None or packet.system_id not in (ours, GROUND_SYSTEM):
+            self.drops["not our vehicle"] += 1
+            return []
+        return self._velocities.decode(packet, time_s)
+
     def _from_autopilot(self, packet: Packet, time_s: float) -> list[Reading]:
         if packet.message_id == formats.HEARTBEAT.message_id:
             return self._heartbeat(packet, time_s)
@@ -128,7 +153,11 @@ class MavlinkDecoder:
             self.drops["not our autopilot"] += 1
             return []
         message, handle = self._handlers[packet.message_id]
-        return handle(message.unpack(packet.payload), time_s)
+        readings = handle(message.unpack(packet.payload), time_s)
+        for reading in readings:
+            if isinstance(reading, Attitude):
+                self._velocities.attitude = reading
+        return readings
 
     def _heartbeat(self, packet: Packet, time_s: float) -> list[Reading]:
         reading = heartbeat(formats.HEARTBEAT.unpack(packet.payload), packet.system_id, packet.component_id, time_s)
@@ -154,6 +183,7 @@ class MavlinkDecoder:
         handlers: list[Handler] = [
             (formats.SYSTEM_TIME, vehicle.system_time),
             (formats.ATTITUDE, vehicle.attitude),
+            (formats.ATTITUDE_QUATERNION, vehicle.attitude_quaternion),
             (formats.LOCAL_POSITION_NED, vehicle.local_position),
             (formats.GLOBAL_POSITION_INT, vehicle.global_position),
             (formats.GPS_RAW_INT, fixes.gps_raw),
@@ -168,7 +198,20 @@ class MavlinkDecoder:
             handlers += [(formats.ESC_STATUS, thrusters.esc_status), (formats.ESC_INFO, thrusters.esc_info)]
         for group in sorted({esc // ESCS_PER_MESSAGE for esc in escs if esc < ESCS_PER_MESSAGE * len(ESC_TELEMETRY)}):
             handlers.append((ESC_TELEMETRY[group], partial(thrusters.esc_telemetry, group)))
+        handlers += self._navigation_handlers() if self._navigation else []
         return {message.message_id: (message, handle) for message, handle in handlers}
+
+    def _navigation_handlers(self) -> list[Handler]:
+        units, barometers = InertialUnits(self.drops), Barometers(self.drops)
+        return [
+            (formats.RAW_IMU, units.raw),
+            (formats.HIGHRES_IMU, units.highres),
+            *((message, partial(units.scaled, place)) for place, message in enumerate(formats.SCALED_IMUS)),
+            *(
+                (message, partial(barometers.pressure, place))
+                for place, message in enumerate(formats.SCALED_PRESSURES)
+            ),
+        ]
 
 
 def _generated(message: OutgoingMessage) -> Any:

@@ -4,9 +4,16 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Sequence
 from typing import Any
 
-from drivers.mavlink.formats import ATTITUDE, GLOBAL_POSITION_INT, LOCAL_POSITION_NED, MessageFormat
+from drivers.mavlink.formats import (
+    ATTITUDE,
+    ATTITUDE_QUATERNION,
+    GLOBAL_POSITION_INT,
+    LOCAL_POSITION_NED,
+    MessageFormat,
+)
 from drivers.mavlink.freshness import BootWatch, Freshness
 from drivers.readings import (
     Attitude,
@@ -25,8 +32,11 @@ ANGLE_MAX_RAD = 2.0 * math.pi
 RATE_MAX_RADPS = 100.0
 POSITION_MAX_M = 1e7
 VELOCITY_MAX_MPS = 100.0
+LENGTH_TOLERANCE = 0.01  # of a unit quaternion
 LATITUDE_MAX_E7 = 900_000_000
 LONGITUDE_MAX_E7 = 1_800_000_000
+# ATTITUDE_QUATERNION says the same again, unless ATTITUDE has not come for this long.
+ATTITUDE_MISSED_S = 2.0
 
 
 def heartbeat(values: tuple[Any, ...], system_id: int, component_id: int, time_s: float) -> AutopilotHeartbeat:
@@ -59,6 +69,7 @@ class VehicleTelemetry:
         self._drops = drops
         self._fresh = Freshness(drops)
         self._boot = BootWatch()
+        self._attitude_s = -math.inf
 
     def system_time(self, values: tuple[Any, ...], time_s: float) -> list[Reading]:
         """SYSTEM_TIME: asked for because it always carries the time since boot."""
@@ -69,11 +80,28 @@ class VehicleTelemetry:
         boot_ms, *numbers = values
         readings = self._reboot(boot_ms, time_s)
         if self._news(ATTITUDE, boot_ms):
-            if _within(numbers[:3], ANGLE_MAX_RAD) and _within(numbers[3:], RATE_MAX_RADPS):
-                readings.append(Attitude(time_s, *numbers))
-            else:
-                self._drops["implausible attitude"] += 1
+            self._attitude_s = time_s
+            readings += self._attitude(boot_ms, numbers[:3], numbers[3:], time_s)
         return readings
+
+    def attitude_quaternion(self, values: tuple[Any, ...], time_s: float) -> list[Reading]:
+        """ATTITUDE_QUATERNION, where there is no ATTITUDE: from the body to north-east-down, w first."""
+        boot_ms, quaternion, rates = values[0], values[1:5], values[5:8]
+        readings = self._reboot(boot_ms, time_s)
+        if time_s - self._attitude_s > ATTITUDE_MISSED_S and self._news(ATTITUDE_QUATERNION, boot_ms):
+            whole = abs(math.hypot(*quaternion) - 1.0) <= LENGTH_TOLERANCE  # False for NaN
+            angles = _euler(*quaternion) if whole else (math.nan, math.nan, math.nan)
+            readings += self._attitude(boot_ms, angles, rates, time_s)
+        return readings
+
+    def _attitude(
+        self, boot_ms: int, angles: Sequence[float], rates: Sequence[float], time_s: float
+    ) -> list[Reading]:
+        if not (_within(angles, ANGLE_MAX_RAD) and _within(rates, RATE_MAX_RADPS)):
+            self._drops["implausible attitude"] += 1
+            return []
+        roll, pitch, yaw = angles
+        return [Attitude(time_s, roll, pitch, yaw, rates[0], rates[1], rates[2], boot_ms / 1000.0)]
 
     def local_position(self, values: tuple[Any, ...], time_s: float) -> list[Reading]:
         """LOCAL_POSITION_NED; metres and metres per second on the wire too."""
@@ -105,6 +133,7 @@ class VehicleTelemetry:
                     longitude_rad=math.radians(longitude * 1e-7),
                     depth_m=-altitude_mm / 1000.0,
                     velocity_mps=(north / 100.0, east / 100.0, down / 100.0),
+                    boot_s=boot_ms / 1000.0,
                 )
             )
         return readings
@@ -123,5 +152,14 @@ class VehicleTelemetry:
         return self._fresh.accepts(message.message_id, boot_ms, ticks_per_s=1000)
 
 
-def _within(values: list[float] | tuple[float, ...], limit: float) -> bool:
+def _euler(w: float, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """Roll, pitch and yaw of a quaternion of about unit length."""
+    return (
+        math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
+        math.asin(max(-1.0, min(2.0 * (w * y - z * x), 1.0))),
+        math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
+    )
+
+
+def _within(values: Sequence[float], limit: float) -> bool:
     return all(abs(value) <= limit for value in values)  # False for NaN

@@ -68,7 +68,7 @@ def test_attitude(values, mavlink1):
     readings = decode.decode(data, 1.0)
     if readings:
         assert readings == [
-            Attitude(1.0, sent.roll, sent.pitch, sent.yaw, sent.rollspeed, sent.pitchspeed, sent.yawspeed)
+            Attitude(1.0, sent.roll, sent.pitch, sent.yaw, sent.rollspeed, sent.pitchspeed, sent.yawspeed, 0.001)
         ]
         assert all(map(math.isfinite, values))
     else:
@@ -110,6 +110,7 @@ def test_global_position(latitude, longitude, altitude, north, east, down):
     assert math.degrees(position.longitude_rad) * 1e7 == pytest.approx(longitude, abs=1e-3)
     assert position.depth_m == -altitude / 1000
     assert position.velocity_mps == (north / 100, east / 100, down / 100)
+    assert position.boot_s == 0.001
 
 
 def test_latitude_and_longitude_zero_are_no_position():

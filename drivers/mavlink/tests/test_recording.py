@@ -14,8 +14,10 @@ from drivers.readings import (
     AutopilotHeartbeat,
     CommandAcknowledgement,
     GlobalPosition,
+    Inertial,
     LocalPosition,
     PositionFix,
+    WaterPressure,
 )
 
 RECORDING = Path(__file__).parents[4] / "shared/data/ardusub_logs/small.tlog"
@@ -56,7 +58,7 @@ def expected(time_s, message):
             return [AutopilotHeartbeat(time_s, 1, 1, *state)]
         case "ATTITUDE":
             names = ("roll", "pitch", "yaw", "rollspeed", "pitchspeed", "yawspeed")
-            return [Attitude(time_s, *[getattr(message, name) for name in names])]
+            return [Attitude(time_s, *[getattr(message, name) for name in names], message.time_boot_ms / 1000)]
         case "LOCAL_POSITION_NED":
             position = (message.x, message.y, message.z)
             return [LocalPosition(time_s, position, (message.vx, message.vy, message.vz))]
@@ -112,6 +114,26 @@ def test_fixes_of_its_underwater_gps_and_what_the_autopilot_made_of_them(frames)
     assert ours == theirs
     assert len(sent) > 900 and len(echoed) > 400
     assert decoder.drops["no position fix"] > 50
+
+
+def test_its_inertial_unit_and_its_barometers(frames):
+    decoder, link = MavlinkDecoder([], autopilot_system=1, navigation=True), dialect.MAVLink(None)
+    link.robust_parsing = True
+    readings = [reading for time_s, frame in frames for reading in decoder.decode(frame, time_s)]
+    sent = [message for _, frame in frames for message in link.parse_buffer(frame) or []]
+    units = [one for one in readings if isinstance(one, Inertial)]
+    theirs = [message for message in sent if message.get_type() == "RAW_IMU"]
+    assert [one.boot_s for one in units] == [message.time_usec / 1e6 for message in theirs]
+    down = [one.specific_force_mps2[2] / 9.80665e-3 for one in units]
+    assert down == pytest.approx([message.zacc - 0.5 for message in theirs])
+    assert {one.source for one in units} == {"RAW_IMU"}
+    # its second unit is a compass only
+    assert decoder.drops["IMU absent"] == sum(message.get_type() == "SCALED_IMU2" for message in sent) > 500
+    pressures = {2: "SCALED_PRESSURE2", 1: "SCALED_PRESSURE"}
+    for instance, name in pressures.items():
+        ours = [one.pressure_pa for one in readings if isinstance(one, WaterPressure) and one.instance == instance]
+        by_stamp = {message.time_boot_ms: message.press_abs for message in sent if message.get_type() == name}
+        assert ours == pytest.approx([100.0 * hectopascals for hectopascals in by_stamp.values()])
 
 
 def test_the_file_itself_is_a_stream_with_eight_odd_bytes_before_each_frame(frames):
