@@ -25,7 +25,11 @@ DEFAULT_INTERVALS_S = {
     mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: 1.0 / 3.0,
     mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: inf,
     mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW: 0.5,
+    mavlink.MAVLINK_MSG_ID_RAW_IMU: 0.5,
+    mavlink.MAVLINK_MSG_ID_SCALED_PRESSURE2: 0.5,
 }
+# A message that is due within this time is due: times are sums of intervals, and rounded.
+EARLY_S = 1e-4
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +106,7 @@ class AutopilotPeer:
         self._ardusub = ardusub
         self._system_id = system_id
         self._mavlink = mavlink.MAVLink(self._datagrams, srcSystem=system_id, srcComponent=1)
-        self._relayed: dict[int, mavlink.MAVLink] = {}
+        self._relayed: dict[tuple[int, int], mavlink.MAVLink] = {}
         self._interval_s: dict[int, float] = {}
         self._next_s: dict[int, float] = {}
         for message_id, interval_s in DEFAULT_INTERVALS_S.items():
@@ -117,20 +121,35 @@ class AutopilotPeer:
     def exchange(self, time_s: float, telemetry: Telemetry) -> None:
         """Take in and answer what has arrived by now, then send what is due; never waits."""
         self._telemetry = telemetry
+        self.listen(time_s)
+        self.speak(time_s, telemetry)
+
+    def listen(self, time_s: float) -> None:
+        """Take in and answer what has arrived by now; never waits."""
         for message in self._arrived():
             self._take(time_s, message)
-        for message_id, interval_s in self._interval_s.items():
-            if time_s >= self._next_s[message_id]:
-                self._next_s[message_id] = max(self._next_s[message_id], time_s - interval_s) + interval_s
-                self._mavlink.send(self._compose(message_id))
 
-    def relay(self, message: Any, component_id: int) -> None:
-        """Send a message of another component of the vehicle, as the vehicle's router would: from the same port."""
-        if component_id not in self._relayed:
-            self._relayed[component_id] = mavlink.MAVLink(
-                self._datagrams, srcSystem=self._system_id, srcComponent=component_id
-            )
-        self._relayed[component_id].send(message)
+    def speak(self, time_s: float, telemetry: Telemetry) -> None:
+        """Send what is due."""
+        self._telemetry = telemetry
+        for message_id, interval_s in self._interval_s.items():
+            late_s = time_s - self._next_s[message_id]
+            if late_s > -EARLY_S:
+                self._next_s[message_id] = time_s + interval_s - (late_s if late_s < interval_s else 0.0)
+                self._send(message_id)
+
+    def relay(self, message: Any, component_id: int, system_id: int | None = None) -> None:
+        """Send another component's message, as the vehicle's router would: from the same port.
+
+        Args:
+            message: of pymavlink.
+            component_id: of the sender.
+            system_id: the same; None: the vehicle's.
+        """
+        sender = self._system_id if system_id is None else system_id, component_id
+        if sender not in self._relayed:
+            self._relayed[sender] = mavlink.MAVLink(self._datagrams, srcSystem=sender[0], srcComponent=sender[1])
+        self._relayed[sender].send(message)
 
     def _schedule(self, message_id: int, interval_s: float) -> None:
         self._interval_s[message_id] = interval_s
@@ -191,11 +210,13 @@ class AutopilotPeer:
     def _request(self, message_id: int) -> Answer:
         if message_id not in COMPOSERS:
             return Answer(Result.FAILED)
-        self._mavlink.send(self._compose(message_id))
+        self._send(message_id)
         return Answer(Result.ACCEPTED)
 
-    def _compose(self, message_id: int) -> Any:
-        return COMPOSERS[message_id](self._telemetry, self._ardusub)
+    def _send(self, message_id: int) -> None:
+        message = COMPOSERS[message_id](self._telemetry, self._ardusub)
+        if message is not None:
+            self._mavlink.send(message)
 
 
 def _parse(datagram: bytes) -> list[Any]:

@@ -11,13 +11,14 @@ from typing import Any
 
 import can
 
-from hil_tests.rig import acoustic
+from hil_tests.rig import acoustic, dvl
 from hil_tests.rig.acoustic import AcousticErrors, AcousticSystem
 from hil_tests.rig.ardusub import ArduSub
 from hil_tests.rig.autopilot import AutopilotPeer, Notes
 from hil_tests.rig.esc import CommandNode, EscBank, raw_command_filter
 from hil_tests.rig.faults import HullFault, InjectedFault
 from hil_tests.rig.helm import Course, steer
+from hil_tests.rig.instruments import Equipment, Instruments
 from hil_tests.rig.navigation import NavigationErrors, NavigationFilter
 from hil_tests.rig.pilot import WORKING, DrivingStyle, Pilot, Sticks
 from hil_tests.rig.telemetry import Telemetry
@@ -47,12 +48,14 @@ class Surroundings:
         hull_faults: what catches on the hull, in seconds since the start.
         navigation: errors of the autopilot's position and heading.
         acoustic: of an acoustic positioning system that speaks GPS_INPUT; None: there is none.
+        equipment: IMU, DVL and depth sensor; None: nothing is told of any.
     """
 
     water: Water = STILL
     hull_faults: Sequence[HullFault] = ()
     navigation: NavigationErrors = NavigationErrors()  # noqa: RUF009  frozen
     acoustic: AcousticErrors | None = None
+    equipment: Equipment | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +116,8 @@ class EmbeddedVehicle:
         self.vehicle = Vehicle(STEP_S, seed, faults, water=surroundings.water, hull_faults=surroundings.hull_faults)
         self._navigation = NavigationFilter(surroundings.navigation, seed)
         self._acoustic = AcousticSystem(surroundings.acoustic, seed) if surroundings.acoustic else None
+        at_first = self.vehicle.hull.motion
+        self._instruments = Instruments(surroundings.equipment, seed, at_first) if surroundings.equipment else None
         self.shown_s: dict[int, float] = {}
         self.slowed_s = nan
         self.moments: list[Moment] = []
@@ -173,12 +178,7 @@ class EmbeddedVehicle:
         """Make all steps that are due by `time_s`, and exchange MAVLink messages."""
         while self._start_s + self._steps * STEP_S <= time_s:
             self._step(self._steps * STEP_S)
-        since_start_s = max(self._steps - 1, 0) * STEP_S
-        motion = self.vehicle.hull.motion
-        self._autopilot.exchange(time_s, Telemetry(since_start_s, self._navigation.seen(motion), self._commands))
-        fix = self._acoustic and self._acoustic.due(since_start_s, time_s, motion)
-        if fix:
-            self._autopilot.relay(fix, acoustic.COMPONENT_ID)
+        self._autopilot.listen(time_s)
 
     def _step(self, since_start_s: float) -> None:
         time_s = self._start_s + since_start_s
@@ -192,8 +192,22 @@ class EmbeddedVehicle:
             self._navigation.advance(since_start_s)
         if self._steps % STEPS_PER_MOMENT == 0:
             self.moments.append(Moment(time_s, motion))
+        self._tell(time_s, since_start_s, motion)
         self._note_showing(time_s)
         self._steps += 1
+
+    def _tell(self, time_s: float, since_start_s: float, motion: Motion) -> None:
+        """Send what autopilot, DVL and acoustic system have to say after a step, at the pace of their own clocks."""
+        if self._instruments:
+            self._instruments.step(motion, STEP_S)
+        telemetry = Telemetry(since_start_s, self._navigation.seen(motion), self._commands, self._instruments)
+        self._autopilot.speak(time_s, telemetry)
+        velocity = self._instruments and self._instruments.vision_position_delta(since_start_s)
+        if velocity:
+            self._autopilot.relay(velocity, dvl.COMPONENT_ID, dvl.SYSTEM_ID)
+        fix = self._acoustic and self._acoustic.due(since_start_s, time_s, motion)
+        if fix:
+            self._autopilot.relay(fix, acoustic.COMPONENT_ID)
 
     def _sticks(self, since_start_s: float) -> Sticks:
         sticks = self._pilot.sticks(since_start_s)

@@ -38,6 +38,7 @@ class NavigationErrors:
         wandering_m: of a part that wanders slowly.
         wandering_s: time within which it forgets where it was.
         heading_rad: anew at every estimate.
+        tilt_rad: of roll and pitch each, anew at every estimate.
         resets: jumps of the position.
 
     Raises:
@@ -48,10 +49,11 @@ class NavigationErrors:
     wandering_m: float = 0.1
     wandering_s: float = 60.0
     heading_rad: float = radians(0.5)
+    tilt_rad: float = radians(0.2)
     resets: Sequence[PositionReset] = ()
 
     def __post_init__(self) -> None:
-        for name in ("white_m", "wandering_m", "heading_rad"):
+        for name in ("white_m", "wandering_m", "heading_rad", "tilt_rad"):
             value = getattr(self, name)
             if not (isfinite(value) and value >= 0.0):
                 raise ValueError(f"{name} = {value}: want a standard deviation, 0 or more")
@@ -59,7 +61,7 @@ class NavigationErrors:
             raise ValueError(f"wandering_s = {self.wandering_s}: want seconds above 0")
 
 
-EXACT = NavigationErrors(white_m=0.0, wandering_m=0.0, heading_rad=0.0)
+EXACT = NavigationErrors(white_m=0.0, wandering_m=0.0, heading_rad=0.0, tilt_rad=0.0)
 
 
 class NavigationFilter:
@@ -76,6 +78,8 @@ class NavigationFilter:
         self._wandered_m = errors.wandering_m * self._random.standard_normal(2)
         self._off_m = self._wandered_m
         self._off_rad = 0.0
+        self._tilting = np.random.default_rng([seed, 4])
+        self._tilted_rad = errors.tilt_rad * self._tilting.standard_normal(2)
         self._last_s = 0.0
 
     def advance(self, time_s: float) -> None:
@@ -87,15 +91,19 @@ class NavigationFilter:
         noise_m = errors.white_m * self._random.standard_normal(2)
         self._off_m = self._wandered_m + noise_m + np.sum(jumps, axis=0, initial=0.0)
         self._off_rad = errors.heading_rad * float(self._random.standard_normal())
+        self._tilted_rad = errors.tilt_rad * self._tilting.standard_normal(2)
 
     def seen(self, motion: Motion) -> Motion:
         """How a motion looks with the errors of the newest estimate."""
         north_m, east_m = (float(part) for part in self._off_m)
+        roll_rad, pitch_rad = (float(part) for part in self._tilted_rad)
         return replace(
             motion,
             north_m=motion.north_m + north_m,
             east_m=motion.east_m + east_m,
             yaw_rad=motion.yaw_rad + self._off_rad,
+            roll_rad=motion.roll_rad + roll_rad,
+            pitch_rad=motion.pitch_rad + pitch_rad,
         )
 
     def _wander(self, interval_s: float) -> None:

@@ -11,6 +11,8 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from hil_tests.rig.ardusub import ArduSub
 from hil_tests.rig.geodesy import degrees_e7
+from hil_tests.rig.instruments import Instruments
+from hil_tests.rig.kinematics import attitude_rad, body_rates
 from hil_tests.rig.vehicle import Motion
 
 NEUTRAL_US, HALF_RANGE_US = 1500, 400
@@ -18,11 +20,19 @@ NEUTRAL_US, HALF_RANGE_US = 1500, 400
 
 @dataclass(frozen=True, slots=True)
 class Telemetry:
-    """What the autopilot knows of the vehicle at one instant; `motion` is its estimate of it."""
+    """What the autopilot knows of the vehicle at one instant; `motion` is its estimate of it.
+
+    Attributes:
+        boot_s: its own time.
+        motion: where it takes the vehicle to be.
+        commands: to the thrusters.
+        instruments: the sensors that it reads; None: none of which it tells.
+    """
 
     boot_s: float
     motion: Motion
     commands: Sequence[float]
+    instruments: Instruments | None = None
 
 
 def _heartbeat(_: Telemetry, ardusub: ArduSub) -> Any:
@@ -37,7 +47,8 @@ def _heartbeat(_: Telemetry, ardusub: ArduSub) -> Any:
 
 def _attitude(now: Telemetry, _: ArduSub) -> Any:
     motion = now.motion
-    return mavlink.MAVLink_attitude_message(_boot_ms(now), 0.0, 0.0, motion.yaw_rad, 0.0, 0.0, motion.yaw_rate_radps)
+    rates = body_rates(attitude_rad(motion), (motion.roll_rate_radps, motion.pitch_rate_radps, motion.yaw_rate_radps))
+    return mavlink.MAVLink_attitude_message(_boot_ms(now), *attitude_rad(motion), *rates)
 
 
 def _global_position(now: Telemetry, _: ArduSub) -> Any:
@@ -62,6 +73,14 @@ def _servo_output(now: Telemetry, _: ArduSub) -> Any:
     return mavlink.MAVLink_servo_output_raw_message(_boot_ms(now) * 1000 % 2**32, 0, *first_eight)
 
 
+def _raw_imu(now: Telemetry, _: ArduSub) -> Any | None:
+    return now.instruments and now.instruments.raw_imu(now.boot_s)
+
+
+def _scaled_pressure2(now: Telemetry, _: ArduSub) -> Any | None:
+    return now.instruments and now.instruments.scaled_pressure2(now.boot_s)
+
+
 def _version(_: Telemetry, __: ArduSub) -> Any:
     capabilities = mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2 | mavlink.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
     release = 4 << 24 | 7 << 16
@@ -74,11 +93,14 @@ def _boot_ms(now: Telemetry) -> int:
     return round(1e3 * now.boot_s)
 
 
+# A composer that returns None has nothing to tell now.
 COMPOSERS: dict[int, Callable[[Telemetry, ArduSub], Any]] = {
     mavlink.MAVLINK_MSG_ID_HEARTBEAT: _heartbeat,
     mavlink.MAVLINK_MSG_ID_ATTITUDE: _attitude,
     mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: _global_position,
     mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: _local_position,
     mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW: _servo_output,
+    mavlink.MAVLINK_MSG_ID_RAW_IMU: _raw_imu,
+    mavlink.MAVLINK_MSG_ID_SCALED_PRESSURE2: _scaled_pressure2,
     mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION: _version,
 }

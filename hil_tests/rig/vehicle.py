@@ -1,8 +1,9 @@
 """A simulated vehicle like a BlueROV2 Heavy: eight thrusters on one battery, and a hull that they push about.
 
-The hull moves in the plane and in depth (surge, sway, heave, yaw); roll and pitch are held level by buoyancy and left
-out. That is enough for what a gateway sees of a vehicle: its commands, its thrusters, its attitude and position. Drag
-is of the motion through the water; the track over ground is that motion and the water's together.
+The hull moves in the plane and in depth (surge, sway, heave, yaw). Roll and pitch are small: they are there for the
+sensors that they tilt, and change nothing of the forces. That is enough for what a gateway sees of a vehicle: its
+commands, its thrusters, its attitude and position. Drag is of the motion through the water; the track over ground is
+that motion and the water's together.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from math import cos, hypot, pi, sin
 from hil_tests.rig.faults import HullFault, InjectedFault, drag_factor
 from hil_tests.rig.pilot import Sticks
 from hil_tests.rig.thruster import T200, SimulatedThruster, ThrusterParameters
+from hil_tests.rig.tilt import Tilt, TiltParameters
 from hil_tests.rig.water import AT_REST, STILL, Velocity, Water
 
 # Share of each demand (forward, right, down, yaw) that goes to each thruster. Order and signs of forward, lateral and
@@ -90,9 +92,11 @@ class Motion:
 
     Attributes:
         north_m, east_m, down_m, yaw_rad: its place and heading.
-        forward_mps, right_mps, down_mps: velocity through the water.
+        forward_mps, right_mps, down_mps: velocity through the water, in a level frame that turns with the heading.
         yaw_rate_radps: clockwise seen from above.
         water_mps: velocity of the water there, north, east, down.
+        roll_rad, pitch_rad: starboard down, bow up.
+        roll_rate_radps, pitch_rate_radps: of their change.
     """
 
     north_m: float = 0.0
@@ -104,6 +108,10 @@ class Motion:
     down_mps: float = 0.0
     yaw_rate_radps: float = 0.0
     water_mps: Velocity = AT_REST
+    roll_rad: float = 0.0
+    pitch_rad: float = 0.0
+    roll_rate_radps: float = 0.0
+    pitch_rate_radps: float = 0.0
 
     def velocity_ned_mps(self) -> Velocity:
         """Velocity over ground north, east, down."""
@@ -113,7 +121,7 @@ class Motion:
         return north, east + sine * self.forward_mps + cosine * self.right_mps, down + self.down_mps
 
     def over_ground_mps(self) -> Velocity:
-        """Velocity over ground forward, right, down."""
+        """Velocity over ground forward, right, down, in the level frame."""
         cosine, sine = cos(self.yaw_rad), sin(self.yaw_rad)
         north, east, down = self.velocity_ned_mps()
         return cosine * north + sine * east, cosine * east - sine * north, down
@@ -146,6 +154,9 @@ class Hull:
         self._faults = tuple(faults)
         self._since_s = 0.0
         self.motion = motion or Motion()
+        self._roll, self._pitch = (
+            Tilt(TiltParameters(), angle_rad) for angle_rad in (self.motion.roll_rad, self.motion.pitch_rad)
+        )
 
     def step(self, thrusts_n: Sequence[float], period_s: float) -> Motion:
         """Advance by one period under one thrust per thruster."""
@@ -166,10 +177,19 @@ class Hull:
             was.east_m + east_mps * period_s,
             max(was.down_m + down_mps * period_s, 0.0),
         )
+        if place[2] == 0.0:
+            down = max(down, 0.0)
         yaw_rad = (was.yaw_rad + yaw_rate * period_s + pi) % (2.0 * pi) - pi
         water_mps = self._water.velocity_mps(self._since_s, place)
-        self.motion = Motion(*place, yaw_rad, forward, right, down, yaw_rate, water_mps)
+        tilt = self._tilt(forces[0], forces[1], period_s)
+        self.motion = Motion(*place, yaw_rad, forward, right, down, yaw_rate, water_mps, *tilt)
         return self.motion
+
+    def _tilt(self, ahead_n: float, aside_n: float, period_s: float) -> tuple[float, float, float, float]:
+        """Roll, pitch and their rates after a step."""
+        self._roll.step(aside_n, period_s)
+        self._pitch.step(ahead_n, period_s)
+        return self._roll.angle_rad, self._pitch.angle_rad, self._roll.rate_radps, self._pitch.rate_radps
 
     def _forces(self, thrusts_n: Sequence[float], motion: Motion) -> tuple[float, float, float, float]:
         rows = list(zip(MIXER, thrusts_n, strict=True))

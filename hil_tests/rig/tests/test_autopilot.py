@@ -14,7 +14,16 @@ from hil_tests.rig.pilot import Sticks
 from hil_tests.rig.telemetry import Telemetry
 from hil_tests.rig.vehicle import Hull, Motion, mix
 
-MOTION = Motion(north_m=10.0, east_m=-4.0, down_m=7.5, yaw_rad=-0.5, forward_mps=1.0, yaw_rate_radps=0.1)
+MOTION = Motion(
+    north_m=10.0,
+    east_m=-4.0,
+    down_m=7.5,
+    yaw_rad=-0.5,
+    forward_mps=1.0,
+    yaw_rate_radps=0.1,
+    roll_rad=0.02,
+    pitch_rad=0.03,
+)
 COMMANDS = (0.5, -0.5, 0.25, 0.0, 0.0, 0.0, 1.0, -1.0)
 
 
@@ -82,7 +91,9 @@ def test_it_introduces_itself_as_an_armed_ardusub(companion, peer):
 
 def test_telemetry_tells_the_motion(companion, peer):
     told = {message.get_type(): message for message in companion.greeting}
-    assert told["ATTITUDE"].yaw == pytest.approx(-0.5)
+    attitude = told["ATTITUDE"]
+    assert (attitude.roll, attitude.pitch, attitude.yaw) == pytest.approx((0.02, 0.03, -0.5))
+    assert attitude.rollspeed == pytest.approx(-0.1 * 0.03, rel=1e-3)  # a bow that is up leans the turn's axis back
     assert told["GLOBAL_POSITION_INT"].alt == -7500
     assert told["GLOBAL_POSITION_INT"].hdg == pytest.approx(33135, abs=1)
     assert told["SERVO_OUTPUT_RAW"].servo1_raw == 1700

@@ -5,6 +5,7 @@ from __future__ import annotations
 import socket
 import threading
 import time
+from itertools import pairwise
 from math import isnan
 
 import can
@@ -18,6 +19,7 @@ from hil_tests.rig.acoustic import AcousticErrors
 from hil_tests.rig.embedded import EmbeddedVehicle, Surroundings
 from hil_tests.rig.faults import FaultType, HullFault, InjectedFault
 from hil_tests.rig.helm import box
+from hil_tests.rig.instruments import Equipment
 from hil_tests.rig.pilot import SURVEYING
 from hil_tests.rig.water import Current
 
@@ -112,6 +114,18 @@ def test_a_current_alone_slows_nothing(gateway, listener):
     assert isnan(survey(gateway, 12.0, water=Current(east_mps=0.8)).slowed_s)
 
 
+def overheard(gateway) -> tuple[list, set]:
+    """Messages that have come, and the ports that they came from."""
+    parser, senders, heard = mavlink.MAVLink(None), set(), []
+    while True:
+        try:
+            data, sender = gateway.recvfrom(4096)
+        except BlockingIOError:
+            return heard, senders
+        senders.add(sender)
+        heard += parser.parse_buffer(data)
+
+
 def test_acoustic_fixes_come_from_the_vehicle_as_another_component(gateway, listener):
     start_s = 1_700_000_000.0  # weeks of the GPS count from 1980
     surroundings = Surroundings(acoustic=AcousticErrors(interval_s=0.5))
@@ -119,19 +133,54 @@ def test_acoustic_fixes_come_from_the_vehicle_as_another_component(gateway, list
     for step in range(21):
         vehicle.advance(start_s + 0.1 * step)
     vehicle.close()
-    parser, senders = mavlink.MAVLink(None), set()
-    heard = []
-    while True:
-        try:
-            data, sender = gateway.recvfrom(4096)
-        except BlockingIOError:
-            break
-        senders.add(sender)
-        heard += parser.parse_buffer(data)
+    heard, senders = overheard(gateway)
     fixes = [message for message in heard if message.get_type() == "GPS_INPUT"]
     assert 4 <= len(fixes) <= 5
     assert {(fix.get_srcSystem(), fix.get_srcComponent()) for fix in fixes} == {(1, 220)}
     assert len(senders) == 1
+
+
+def ask_for(gateway, vehicle, intervals_us, time_s) -> None:
+    """As a gateway does, once it has heard where the autopilot is."""
+    vehicle.advance(time_s)
+    _, [sender] = overheard(gateway)
+    codec = mavlink.MAVLink(None, srcSystem=1, srcComponent=192)
+    for message_id, interval_us in intervals_us.items():
+        ask = mavlink.MAVLink_command_long_message(1, 1, 511, 0, message_id, interval_us, 0.0, 0.0, 0.0, 0.0, 0.0)
+        gateway.sendto(ask.pack(codec), sender)
+    vehicle.advance(time_s)
+
+
+@pytest.mark.parametrize("pause_s", [0.01, 0.07])
+def test_its_instruments_speak_at_their_own_pace_however_late_it_is(gateway, listener, pause_s):
+    surroundings = Surroundings(equipment=Equipment())
+    vehicle = embedded(gateway, surroundings=surroundings)
+    ask_for(gateway, vehicle, {27: 20_000.0, 137: 100_000.0}, 1000.0)
+    heard = []
+    for step in range(1, round(2.1 / pause_s)):
+        vehicle.advance(1000.0 + pause_s * step)
+        heard += overheard(gateway)[0]
+    vehicle.close()
+    told = {kind: [one for one in heard if one.get_type() == kind] for kind in KINDS}
+    for kind, (stamp, per_s, interval) in KINDS.items():
+        stamps = [getattr(one, stamp) for one in told[kind]]
+        assert len(stamps) == pytest.approx(2.0 * per_s, rel=0.15)
+        assert {after - before for before, after in pairwise(stamps)} == {interval}
+    assert {one.get_srcSystem() for one in told["VISION_POSITION_DELTA"]} == {255}
+
+
+KINDS = {
+    "RAW_IMU": ("time_usec", 50.0, 20_000),
+    "SCALED_PRESSURE2": ("time_boot_ms", 10.0, 100),
+    "VISION_POSITION_DELTA": ("time_usec", 5.0, 200_000),
+}
+
+
+def test_without_instruments_none_speaks(gateway, listener):
+    vehicle = embedded(gateway)
+    vehicle.advance(1002.0)
+    vehicle.close()
+    assert not {message.get_type() for message in overheard(gateway)[0]} & set(KINDS)
 
 
 def test_its_thread_keeps_real_time_and_ends(gateway, listener):

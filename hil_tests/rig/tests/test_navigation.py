@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import radians
 
 import numpy as np
 import pytest
 
 from hil_tests.rig.acoustic import AcousticErrors, AcousticSystem
-from hil_tests.rig.geodesy import LONGITUDE_SHRINK, METRES_PER_DEGREE, ORIGIN_LATITUDE_DEG, ORIGIN_LONGITUDE_DEG
+from hil_tests.rig.geodesy import place_m
 from hil_tests.rig.navigation import EXACT, NavigationErrors, NavigationFilter, PositionReset
 from hil_tests.rig.vehicle import Motion
 
@@ -37,6 +38,16 @@ def test_white_noise_is_as_large_as_asked_for():
     assert abs(np.corrcoef(off[1:, 0], off[:-1, 0])[0, 1]) < 0.05
 
 
+def test_roll_and_pitch_are_as_unsure_as_asked_for():
+    navigation = NavigationFilter(NavigationErrors(tilt_rad=radians(1.0)), seed=2)
+    off = []
+    for index in range(4000):
+        navigation.advance(0.05 * index)
+        seen = navigation.seen(replace(MOTION, roll_rad=0.1, pitch_rad=-0.2))
+        off.append((seen.roll_rad - 0.1, seen.pitch_rad + 0.2))
+    assert np.std(off, axis=0) == pytest.approx([radians(1.0)] * 2, rel=0.05)
+
+
 @pytest.mark.parametrize("interval_s", [0.05, 2.0])
 def test_the_wandering_part_keeps_its_pace_at_any_interval(interval_s):
     off = estimates(NavigationErrors(white_m=0.0, wandering_m=1.0, wandering_s=10.0), 20_000, interval_s)
@@ -56,16 +67,8 @@ def test_a_reset_moves_the_position_for_good():
 def fixes(errors, seconds=2000, seed=5) -> np.ndarray:
     system = AcousticSystem(errors, seed)
     told = [system.due(0.1 * step, 1.7e9 + 0.1 * step, MOTION) for step in range(10 * seconds)]
-    return np.array(
-        [
-            (
-                (fix.lat * 1e-7 - ORIGIN_LATITUDE_DEG) * METRES_PER_DEGREE - MOTION.north_m,
-                (fix.lon * 1e-7 - ORIGIN_LONGITUDE_DEG) * METRES_PER_DEGREE * LONGITUDE_SHRINK - MOTION.east_m,
-            )
-            for fix in told
-            if fix is not None
-        ]
-    )
+    places_m = [place_m(radians(fix.lat * 1e-7), radians(fix.lon * 1e-7)) for fix in told if fix is not None]
+    return np.array(places_m) - (MOTION.north_m, MOTION.east_m)
 
 
 def test_acoustic_fixes_come_in_time_with_echoes_and_repeats():
