@@ -1,0 +1,227 @@
+"""What the navigation detector makes of a dive: recorded or simulated, healthy or with faulty sensors."""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from math import cos, pi
+from operator import attrgetter
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from detectors.navigation import (
+    DepthSample,
+    DvlSample,
+    FaultKind,
+    FixSample,
+    NavigationSample,
+    NavigationState,
+    NavigationVerdict,
+    Sensor,
+)
+from detectors.verdict import Level
+from gateway.navigation_data import NavigationData
+from hil_tests.sensor_faults import SensorFault
+
+FloatArray = NDArray[np.float64]
+SENSORS = tuple(Sensor)
+
+# The columns of `NavigationData` that a sensor's values are in.
+_ARRAYS: dict[Sensor, tuple[str, slice]] = {
+    Sensor.DVL: ("dvl", slice(1, 4)),
+    Sensor.DEPTH: ("depth", slice(1, 2)),
+    Sensor.ACCELEROMETER: ("imu", slice(1, 4)),
+    Sensor.GYROSCOPE: ("imu", slice(4, 7)),
+}
+
+# Standard deviations of an initial state as an autopilot knows it; the reference of a simulated dive is exact.
+LEVEL_ERROR_RAD, HEADING_ERROR_RAD = np.deg2rad(0.5), np.deg2rad(2.0)
+VELOCITY_ERROR_MPS = 0.05
+EARTH_RADIUS_M = 6_371_000.0  # turns errors of metres into angles and back; exact to a few parts in a thousand
+
+
+class Watch(Protocol):
+    """What is tried: judges samples one by one."""
+
+    def update(self, sample: NavigationSample) -> NavigationVerdict: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """A FAULT of one sensor that begins.
+
+    Attributes:
+        time_s: of the sample with which it begins, of whatever kind that is.
+        sensor: which is named. kind: what is said of it.
+    """
+
+    time_s: float
+    sensor: Sensor
+    kind: FaultKind | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Record:
+    """What a detector said, at each of the E samples of DVL and depth.
+
+    Attributes:
+        time_s: (E,)
+        level: (E,) of the verdict. levels: (E, 4) of each sensor, in the order of `SENSORS`.
+        isolated: (E, 4) whether its measurements were not used.
+        innovation: (E, 4)
+        statistics: (E,) by the method's name, as shares of its threshold; NaN where it said none.
+        position: (E, 3) latitude and longitude in rad, depth in m.
+        deviation_m: (E,) of the position, as the detector saw it.
+        reasons: (E,) in words.
+        events: FAULTs that began, at any sample.
+    """
+
+    time_s: FloatArray
+    level: NDArray[np.int8]
+    levels: NDArray[np.int8]
+    isolated: NDArray[np.bool_]
+    innovation: FloatArray
+    statistics: dict[str, FloatArray]
+    position: FloatArray
+    deviation_m: FloatArray
+    reasons: tuple[str, ...]
+    events: tuple[Event, ...]
+
+    @property
+    def fault(self) -> NDArray[np.bool_]:
+        """(E,) whether the verdict was a FAULT."""
+        return np.asarray(self.level == Level.FAULT)
+
+
+def faulty(data: NavigationData, faults: Iterable[SensorFault]) -> NavigationData:
+    """A dive with faults put into what its sensors say; a sample that is not said is left out.
+
+    Raises:
+        ValueError: a sensor that says nothing from the beginning on.
+    """
+    arrays = {name: getattr(data, name).copy() for name in ("imu", "dvl", "depth")}
+    for fault in faults:
+        name, columns = _ARRAYS[fault.sensor]
+        rows = arrays[name]
+        values = rows[:, columns]
+        shaped = values[:, 0] if fault.sensor is Sensor.DEPTH else values
+        rows[:, columns] = fault.apply(rows[:, 0], shaped).reshape(values.shape)
+    return replace(data, **{name: rows[np.isfinite(rows).all(axis=1)] for name, rows in arrays.items()})
+
+
+def acoustic_fixes(data: NavigationData, seed: int, noise_m: float = 2.0, period_s: float = 5.0) -> FloatArray:
+    """(F, 3) time, latitude and longitude as an acoustic system would measure them, from the reference.
+
+    Args:
+        noise_m: standard deviation of north and of east. period_s: between two fixes.
+
+    Raises:
+        ValueError: there is no reference.
+    """
+    reference = _reference(data)
+    rng = np.random.default_rng(seed)
+    time_s = np.arange(reference[0, 0] + period_s * rng.random(), reference[-1, 0], period_s)
+    off_rad = noise_m / EARTH_RADIUS_M * rng.standard_normal((len(time_s), 2))
+    latitude_rad = np.interp(time_s, reference[:, 0], reference[:, 1])
+    longitude_rad = np.interp(time_s, reference[:, 0], np.unwrap(reference[:, 2]))
+    return np.column_stack(
+        [time_s, latitude_rad + off_rad[:, 0], longitude_rad + off_rad[:, 1] / np.cos(latitude_rad)]
+    )
+
+
+def guessed(initial: NavigationState, seed: int) -> NavigationState:
+    """An initial state with the errors of an autopilot's."""
+    rng = np.random.default_rng(seed)
+    attitude_rad = rng.normal(initial.attitude_rad, (LEVEL_ERROR_RAD, LEVEL_ERROR_RAD, HEADING_ERROR_RAD)).tolist()
+    velocity_mps = rng.normal(initial.velocity_mps, VELOCITY_ERROR_MPS).tolist()
+    return replace(initial, attitude_rad=tuple(attitude_rad), velocity_mps=tuple(velocity_mps))
+
+
+def samples(
+    data: NavigationData, fixes: FloatArray | None = None, begin_s: float = -np.inf, end_s: float = np.inf
+) -> Iterator[NavigationSample]:
+    """Those of a span of time, in order, fixes among them."""
+    found = (FixSample(*row) for row in ([] if fixes is None else fixes.tolist()))
+    every = heapq.merge(data.samples(), found, key=attrgetter("time_s"))
+    return (sample for sample in every if begin_s <= sample.time_s < end_s)
+
+
+def play(watch: Watch, seen: Iterable[NavigationSample]) -> Record:
+    """What a detector says of samples; it goes on from where it is."""
+    rows: list[NavigationVerdict] = []
+    events: list[Event] = []
+    broken: set[Sensor] = set()
+    for sample in seen:
+        verdict = watch.update(sample)
+        now = {one.sensor for one in verdict.sensors if one.level is Level.FAULT}
+        events += [
+            Event(sample.time_s, sensor, verdict.of(sensor).kind) for sensor in SENSORS if sensor in now - broken
+        ]
+        broken = now
+        if isinstance(sample, DvlSample | DepthSample):
+            rows.append(verdict)
+    return _record(rows, events)
+
+
+def position_errors_m(record: Record, data: NavigationData) -> FloatArray:
+    """(E,) horizontal distance from the reference's position; NaN before it begins and after it has ended.
+
+    Raises:
+        ValueError: there is no reference.
+    """
+    reference = _reference(data)
+    latitude_rad, longitude_rad, _ = record.position.T
+    known = (record.time_s >= reference[0, 0]) & (record.time_s <= reference[-1, 0])
+    true_rad = [np.interp(record.time_s, reference[:, 0], np.unwrap(reference[:, column])) for column in (1, 2)]
+    east_rad = (longitude_rad - true_rad[1] + pi) % (2.0 * pi) - pi
+    off_rad = np.hypot(latitude_rad - true_rad[0], east_rad * np.cos(true_rad[0]))
+    return np.where(known, EARTH_RADIUS_M * off_rad, np.nan)
+
+
+def track_m(data: NavigationData, position: FloatArray) -> FloatArray:
+    """(E, 2) metres north and east of where the dive began, of (E, 2) or (E, 3) latitudes and longitudes."""
+    _, latitude_rad, longitude_rad = _reference(data)[0, :3].tolist()
+    off_rad = position[:, :2] - (latitude_rad, longitude_rad)
+    return np.asarray(EARTH_RADIUS_M * off_rad * (1.0, cos(latitude_rad)))
+
+
+def turning(
+    data: NavigationData, rate_radps: float = 0.04, around_s: float = 2.0
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Whether the vehicle turns, each second: (S,) instants, and (S,) True from a little before a turn to a little
+    after it. By the gyroscope, so that no reference is needed."""
+    time_s = np.arange(data.imu[0, 0], data.imu[-1, 0])
+    angle_rad = np.cumsum(np.gradient(data.imu[:, 0]) * data.imu[:, 6])
+    rates = np.gradient(np.interp(time_s, data.imu[:, 0], angle_rad), time_s)
+    turns = np.abs(rates - np.median(rates)) > rate_radps
+    around = np.ones(2 * round(around_s) + 1)
+    return time_s, np.convolve(turns, around, mode="same") > 0.0
+
+
+def _reference(data: NavigationData) -> FloatArray:
+    if data.reference is None:
+        raise ValueError(f"{data.name}: no reference: want one, to know where the vehicle was")
+    return data.reference
+
+
+def _record(verdicts: Sequence[NavigationVerdict], events: Sequence[Event]) -> Record:
+    names = {name: None for verdict in verdicts for name in verdict.statistics}
+    states = [verdict.state for verdict in verdicts]
+    shape = (len(verdicts), len(SENSORS))
+    levels = [[verdict.of(sensor).level for sensor in SENSORS] for verdict in verdicts]
+    isolated = [[sensor in verdict.isolated for sensor in SENSORS] for verdict in verdicts]
+    return Record(
+        time_s=np.array([verdict.time_s for verdict in verdicts], dtype=float),
+        level=np.array([verdict.level for verdict in verdicts], dtype=np.int8),
+        levels=np.array(levels, dtype=np.int8).reshape(shape),
+        isolated=np.array(isolated, dtype=bool).reshape(shape),
+        innovation=np.array([verdict.innovation for verdict in verdicts], dtype=float).reshape(-1, 4),
+        statistics={name: np.array([verdict.statistics.get(name, np.nan) for verdict in verdicts]) for name in names},
+        position=np.array([(one.latitude_rad, one.longitude_rad, one.depth_m) for one in states]).reshape(-1, 3),
+        deviation_m=np.array([verdict.position_error_m for verdict in verdicts], dtype=float),
+        reasons=tuple(verdict.reason for verdict in verdicts),
+        events=tuple(events),
+    )
