@@ -6,8 +6,8 @@ least value of late is the offset plus the shortest delay, which hardly changes.
 MAVLink's time synchronisation in PX4 choose their samples.)
 
 What is given out follows that least value, but no faster than `SLEW`: times that rise on the sender's clock rise
-here, too, and no interval is wrong by more than that share. A clock that begins anew (a restart of the sender) or leaps
-ahead is followed at once, and counted; a message that was held up for long is no such leap.
+here, too, and no interval is wrong by more than that share. A clock that begins anew (a restart of the sender) or
+leaps ahead is followed at once, and counted; a message that was held up for long is no such leap.
 """
 
 from __future__ import annotations

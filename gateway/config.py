@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
+from detectors.navigation import NavigationConfig
 from detectors.speed import SpeedConfig
 from detectors.thruster import ThrusterConfig
 from gateway.config_sections import (
@@ -22,6 +23,7 @@ from gateway.config_sections import (
     Failsafe,
     Files,
     Mavlink,
+    Navigation,
     Section,
     Speed,
     Supervisor,
@@ -30,10 +32,12 @@ from gateway.config_sections import (
 )
 from gateway.consistency import inconsistencies
 from gateway.detector_settings import DetectorSettings
+from gateway.navigation_settings import navigation_settings
 from gateway.problems import ConfigError, Problem, from_validation, unknown_key
 from gateway.speed_settings import speed_settings
 
 SectionT = TypeVar("SectionT", bound=Section)
+SettingsT = TypeVar("SettingsT")
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,10 +47,12 @@ class Detectors:
     Attributes:
         thruster: of every thruster's.
         speed: of the vehicle's speed, None = not watched.
+        navigation: of the navigation sensors, None = not watched.
     """
 
     thruster: ThrusterConfig
     speed: SpeedConfig | None
+    navigation: NavigationConfig | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +65,7 @@ class Config:
         mavlink: the link to the autopilot, None = none.
         thruster: thrusters, in the order of the file.
         speed: the speed watch, None = none.
+        navigation: the navigation watch, None = none.
         detector: settings of the detectors.
         align, supervisor, failsafe: as in the file, with defaults filled in.
         files: with absolute paths.
@@ -69,6 +76,7 @@ class Config:
     mavlink: Mavlink | None
     thruster: tuple[Thruster, ...]
     speed: Speed | None
+    navigation: Navigation | None
     detector: Detectors
     align: Align
     supervisor: Supervisor
@@ -85,8 +93,10 @@ class Config:
 
     def watched(self) -> str:
         """Whatever is watched, in words."""
-        thrusters = f"thrusters {', '.join(str(thruster.number) for thruster in self.thruster)}"
-        return thrusters if self.speed is None else f"{thrusters} and speed"
+        watched = [f"thrusters {', '.join(str(thruster.number) for thruster in self.thruster)}"]
+        watched += ["speed"] if self.speed is not None else []
+        watched += ["navigation"] if self.navigation is not None else []
+        return " and ".join(filter(None, [", ".join(watched[:-1]), watched[-1]]))
 
 
 def load(path: Path | str) -> Config:
@@ -138,6 +148,7 @@ class _Parser:
             "mavlink": self._section(Mavlink, "mavlink") if "mavlink" in self._tables else None,
             "thruster": tuple(self._each(Thruster, "thruster", "number")),
             "speed": self._section(Speed, "speed") if "speed" in self._tables else None,
+            "navigation": self._section(Navigation, "navigation") if "navigation" in self._tables else None,
             "align": self._section(Align, "align"),
             "supervisor": self._section(Supervisor, "supervisor"),
             "failsafe": self._section(Failsafe, "failsafe"),
@@ -152,9 +163,11 @@ class _Parser:
         if parts["speed"] is not None and parts["speed"].flow is not None:
             flow = self._absolute(parts["speed"].flow, "file")
             parts["speed"] = parts["speed"].model_copy(update={"flow": flow})
-        crossed = {key: parts[key] for key in ("can", "mavlink", "thruster", "speed", "failsafe")}
+        if parts["navigation"] is not None:
+            parts["navigation"] = self._absolute(parts["navigation"], "lstm_model")
+        crossed = {key: parts[key] for key in ("can", "mavlink", "thruster", "speed", "navigation", "failsafe")}
         self._problems += inconsistencies(self._tables, **crossed)
-        parts["detector"] = self._detectors(parts["speed"])
+        parts["detector"] = self._detectors(parts["speed"], parts["navigation"])
         if self._problems:
             raise ConfigError(source, self._problems)
         return Config(**parts)
@@ -185,20 +198,24 @@ class _Parser:
             self._problems += from_validation(error, model, path)
             return None
 
-    def _detectors(self, speed: Speed | None) -> Detectors | None:
+    def _detectors(self, speed: Speed | None, navigation: Navigation | None) -> Detectors | None:
         tables = self._tables.get("detector", {})
         if not isinstance(tables, dict):
             self._problems.append(Problem("detector", tables, "should be a table, [detector.thruster]"))
             return None
-        known = ("thruster", "speed")
+        known = ("thruster", "speed", "navigation")
         unknown = {key: value for key, value in tables.items() if key not in known}
         self._problems += [unknown_key(f"detector.{key}", value, known) for key, value in unknown.items()]
-        thruster, problems = DetectorSettings(ThrusterConfig, "detector.thruster", {}).read(
-            tables.get("thruster", {})
+        thruster = self._told(
+            DetectorSettings(ThrusterConfig, "detector.thruster", {}).read(tables.get("thruster", {}))
         )
+        speeding = None if speed is None else self._told(speed_settings(speed, tables.get("speed", {})))
+        navigating = (
+            None if navigation is None else self._told(navigation_settings(navigation, tables.get("navigation", {})))
+        )
+        return None if thruster is None else Detectors(thruster, speeding, navigating)
+
+    def _told(self, found: tuple[SettingsT | None, list[Problem]]) -> SettingsT | None:
+        settings, problems = found
         self._problems += problems
-        watched = None
-        if speed is not None:
-            watched, problems = speed_settings(speed, tables.get("speed", {}))
-            self._problems += problems
-        return None if thruster is None else Detectors(thruster, watched)
+        return settings

@@ -25,6 +25,9 @@ Latitude = Annotated[float, Field(ge=-90, le=90)]
 Direction = Annotated[float, Field(ge=0, le=360)]
 Longitude = Annotated[float, Field(ge=-180, le=360)]
 PathText = Annotated[Path, Strict(False)]
+Triple = Annotated[tuple[float, float, float], Strict(False)]
+HalfTurn = Annotated[float, Field(ge=-180, le=180)]
+Angles = Annotated[tuple[HalfTurn, HalfTurn, HalfTurn], Strict(False)]
 
 
 class Section(BaseModel):
@@ -191,6 +194,37 @@ class Speed(Section):
         return None if self.flow is None else self.flow.site()
 
 
+ImuName = Literal["auto", "raw_imu", "scaled_imu", "scaled_imu2", "scaled_imu3", "highres_imu"]
+DvlName = Literal["auto", "vision_position_delta", "odometry", "vision_speed_estimate", "none"]
+DepthName = Literal["auto", "scaled_pressure2", "scaled_pressure3", "scaled_pressure", "global_position", "none"]
+FixName = Literal["gps_input", "global_position", "none"]
+
+
+class Navigation(Section):
+    """`[navigation]`: the watch over DVL, depth sensor and inertial unit. Without this table there is none."""
+
+    imu: ImuName = Field("auto", description="message of the inertial unit; auto: PX4's HIGHRES_IMU, else RAW_IMU")
+    dvl: DvlName = Field("auto", description="message of the DVL; auto: VISION_POSITION_DELTA, else ODOMETRY")
+    depth: DepthName = Field(
+        "auto", description="auto: SCALED_PRESSURE2, else SCALED_PRESSURE3, else the autopilot's depth"
+    )
+    fix: FixName = Field(
+        "gps_input", description="positions; the autopilot's global position is made from the same DVL"
+    )
+    water_density_kgm3: float = Field(
+        1025.0, ge=900, le=1300, description="kg/m3? 1025 in the sea, 998 in fresh water"
+    )
+    surface_pressure_pa: float = Field(101_325.0, ge=50_000, le=110_000, description="Pa? that of the air is 101325")
+    latitude_deg: Latitude = Field(45.0, description="where, roughly: for gravity and for the turning of the earth")
+    longitude_deg: Longitude = Field(0.0, description="where, roughly")
+    dvl_lever_arm_m: Triple = Field(
+        (0.0, 0.0, 0.0), description="from the inertial unit to the DVL: [forward, right, down]"
+    )
+    dvl_mounting_deg: Angles = Field((0.0, 0.0, 0.0), description="of the DVL in the vehicle: [roll, pitch, yaw]")
+    dvl_delay_s: float = Field(0.0, ge=-2, le=2, description="by which the DVL's samples come later")
+    lstm_model: PathText | None = Field(None, description="of gateway train; left out: the one that comes along")
+
+
 class Supervisor(Section):
     """`[supervisor]`: when the pilot is told."""
 
@@ -209,6 +243,7 @@ class Failsafe(Section):
 
     thruster_fault: FailsafeAction = Field("warn", description="at the onset of a FAULT of a thruster")
     speed_fault: FailsafeAction = Field("warn", description="at the onset of a FAULT of the vehicle's speed")
+    navigation_fault: FailsafeAction = Field("warn", description="at the onset of a FAULT of a navigation sensor")
     interval_s: float = Field(60.0, ge=10, description="never asked again sooner than this")
 
 

@@ -14,9 +14,19 @@ from typing import Any
 from can.interfaces import VALID_INTERFACES
 
 from drivers.mavlink.endpoint import parse_endpoint
-from gateway.config_sections import MAVLINK, CanBus, CommandSource, Failsafe, Mavlink, RpmSource, Speed, Thruster
+from gateway import navigation_settings, speed_settings
+from gateway.config_sections import (
+    MAVLINK,
+    CanBus,
+    CommandSource,
+    Failsafe,
+    Mavlink,
+    Navigation,
+    RpmSource,
+    Speed,
+    Thruster,
+)
 from gateway.problems import Problem
-from gateway.speed_settings import contradictions
 from gateway.wiring import command_scale, refused_signals
 
 SENDING_ACTIONS = frozenset({"hold", "surface", "manual", "disarm"})
@@ -54,13 +64,14 @@ def inconsistencies(
     mavlink: Mavlink | None,
     thruster: Sequence[Thruster],
     speed: Speed | None,
+    navigation: Navigation | None,
     failsafe: Failsafe | None,
 ) -> list[Problem]:
     """All contradictions among the valid tables.
 
     Args:
         tables: the raw file, to tell a link that is not there from one whose own table has a problem.
-        can, mavlink, thruster, speed, failsafe: what is valid of it.
+        can, mavlink, thruster, speed, navigation, failsafe: what is valid of it.
     """
     protocols: dict[str, str] = {bus.name: bus.protocol for bus in can}
     if mavlink is not None:
@@ -76,7 +87,9 @@ def inconsistencies(
         *_shared_places(thruster, protocols),
         *(problem for one in thruster for problem in _split_escs(one, protocols)),
         *(problem for bus in can for problem in _signal_problems(bus, thruster)),
-        *_speed_problems(speed, thruster, tables),
+        *_watch_problems(tables),
+        *(speed_settings.contradictions(speed, thruster, tables) if speed is not None else ()),
+        *(navigation_settings.contradictions(navigation) if navigation is not None else ()),
         *_failsafe_problems(failsafe, tables),
     ]
 
@@ -204,28 +217,32 @@ def _signal_problems(bus: CanBus, thrusters: Sequence[Thruster]) -> Iterator[Pro
             yield Problem(path, value, wanted)
 
 
-def _speed_problems(
-    speed: Speed | None, thrusters: Sequence[Thruster], tables: Mapping[str, Any]
-) -> Iterator[Problem]:
-    if "speed" not in tables:
-        if isinstance(detectors := tables.get("detector"), dict) and "speed" in detectors:
-            yield Problem(
-                "detector.speed", None, "means nothing without a table [speed], which switches the watch on"
-            )
-        return
-    if MAVLINK not in tables:
-        yield Problem("speed", None, "needs a [mavlink] table: heading and position come from the autopilot")
-    if speed is not None:
-        yield from contradictions(speed, thrusters, tables)
+# tables that switch a watch on, and what each needs of the autopilot
+_WATCHES: Mapping[str, str] = {
+    "speed": "heading and position come from the autopilot",
+    "navigation": "inertial unit, DVL and depth come over it",
+}
+
+
+def _watch_problems(tables: Mapping[str, Any]) -> Iterator[Problem]:
+    detectors = tables.get("detector")
+    for watch, need in _WATCHES.items():
+        if watch not in tables and isinstance(detectors, dict) and watch in detectors:
+            wanted = f"means nothing without a table [{watch}], which switches the watch on"
+            yield Problem(f"detector.{watch}", None, wanted)
+        if watch in tables and MAVLINK not in tables:
+            yield Problem(watch, None, f"needs a [mavlink] table: {need}")
 
 
 def _failsafe_problems(failsafe: Failsafe | None, tables: Mapping[str, Any]) -> Iterator[Problem]:
     if failsafe is None:
         return
-    for key in ("thruster_fault", "speed_fault"):
+    for key in ("thruster_fault", "speed_fault", "navigation_fault"):
         action = getattr(failsafe, key)
         if action in SENDING_ACTIONS and MAVLINK not in tables:
             wanted = 'needs a [mavlink] table to reach the autopilot, else want "warn" or "none"'
             yield Problem(f"failsafe.{key}", action, wanted)
-    if failsafe.speed_fault in SENDING_ACTIONS and "speed" not in tables:
-        yield Problem("failsafe.speed_fault", failsafe.speed_fault, "means nothing without a table [speed]")
+    for watch in _WATCHES:
+        action = getattr(failsafe, f"{watch}_fault")
+        if action in SENDING_ACTIONS and watch not in tables:
+            yield Problem(f"failsafe.{watch}_fault", action, f"means nothing without a table [{watch}]")

@@ -82,7 +82,9 @@ def _problem(item: Any, model: type[BaseModel], path: str) -> Problem:
 
 
 def _owner(model: type[BaseModel], location: Sequence[str | int]) -> tuple[type[BaseModel], str]:
-    """The model that the last key of `location` belongs to, and that key."""
+    """The model that the last key of `location` belongs to, and that key; of a place in a list, the list's."""
+    while location and isinstance(location[-1], int):
+        location = location[:-1]
     for key in location[:-1]:
         if isinstance(key, int):  # place in a list of tables
             continue
