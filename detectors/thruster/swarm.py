@@ -79,10 +79,11 @@ class MultiCentreSwarm:
         iterations: moves of the population in one search.
         auxiliary_centres: centres beside the main one (paper: 2); 0 makes it a standard swarm with memory.
         memory: how many of the latest distinct optima are remembered. All take part in the next first population.
+        inertia, attraction: factors of equation 13; the second of a particle's own best and of its centre alike.
         seed: of the random numbers.
 
     Raises:
-        ValueError: sizes out of range, or a prior of the wrong dimension.
+        ValueError: sizes or factors out of range, or a prior of the wrong dimension.
     """
 
     def __init__(
@@ -93,6 +94,8 @@ class MultiCentreSwarm:
         iterations: int = 30,
         auxiliary_centres: int = 2,
         memory: int = 5,
+        inertia: float = INERTIA,
+        attraction: float = ATTRACTION,
         seed: int = 0,
     ) -> None:
         if not 0 <= auxiliary_centres <= particles // 2 - 1:
@@ -103,7 +106,10 @@ class MultiCentreSwarm:
             raise ValueError(f"memory = {memory}: want 1..{particles - 1}, fewer than particles")
         if iterations < 1:
             raise ValueError(f"iterations = {iterations}: want 1 or more")
+        if not (0.0 <= inertia < 1.0 and attraction > 0.0):
+            raise ValueError(f"inertia = {inertia}, attraction = {attraction}: want 0 or more below 1, and above 0")
         self._particles, self._iterations, self._auxiliary = particles, iterations, auxiliary_centres
+        self._inertia, self._attraction = inertia, attraction
         self._memory: deque[Position] = deque((tuple(map(float, p)) for p in prior), maxlen=memory)
         self._rng = np.random.default_rng(seed)
 
@@ -138,7 +144,8 @@ class MultiCentreSwarm:
             centres = choose_centres(best, best_fitness, self._auxiliary)
             learn_from = self._learning_centres(x, best, best_fitness, centres)
             r1, r2 = self._rng.random((2, *x.shape))
-            v = INERTIA * v + ATTRACTION * r1 * (best - x) + ATTRACTION * r2 * (learn_from - x)  # (13)
+            own, others = self._attraction * r1 * (best - x), self._attraction * r2 * (learn_from - x)
+            v = self._inertia * v + own + others  # (13)
             x = np.clip(x + v, 0.0, 1.0)
             now = space.evaluate(x)
             better = now < best_fitness

@@ -59,8 +59,9 @@ def test_centres_are_the_best_and_the_far_ones_of_the_better_half():
     np.testing.assert_array_equal(choose_centres(best, fitness, 2), [0, 3, 4])
 
 
-def test_finds_the_optimum_of_a_bowl():
-    optimum = MultiCentreSwarm(seed=1).minimise(bowl, SQUARE)
+@pytest.mark.parametrize("factors", [{}, {"inertia": 0.6, "attraction": 2.0}])  # the second: paper 003, section 5.2
+def test_finds_the_optimum_of_a_bowl(factors):
+    optimum = MultiCentreSwarm(seed=1, **factors).minimise(bowl, SQUARE)
     np.testing.assert_allclose(optimum.position, [1.5, -2.0], atol=0.05)
     assert optimum.fitness == bowl(optimum.position)
 
@@ -146,6 +147,8 @@ def test_pickled_between_searches_it_goes_on_bit_for_bit():
         ({"auxiliary_centres": 10}, "auxiliary_centres = 10"),
         ({"memory": 20}, "memory = 20"),
         ({"iterations": 0}, "iterations = 0"),
+        ({"inertia": 1.0}, r"inertia = 1\.0, attraction"),
+        ({"attraction": 0.0}, r"attraction = 0\.0: want"),
     ],
 )
 def test_refuses_sizes(arguments, names):
