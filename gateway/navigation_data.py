@@ -1,15 +1,19 @@
 """Recorded dives for the navigation watch: to train its predictor on, and to measure it with.
 
-A recording is a NumPy archive (`numpy.savez_compressed`) of these arrays, one row for each sample, times in seconds
-and rising from row to row, all on one clock, no value missing (leave out rows where the DVL had no lock):
+A recording is a NumPy archive (numpy.savez_compressed) of these arrays, one row for each sample, times in seconds
+and rising from row to row, all on one clock, nothing missing (leave out rows where the DVL had no lock):
 
-    imu        (N, 7)   time, specific force forward right down in m/s2 (at rest and level 0, 0, -9.8), angular rate
-                        about the same axes in rad/s
-    dvl        (M, 4)   time, velocity over ground forward right down in m/s
-    depth      (K, 2)   time, depth in m. May be left out where there is a reference: its altitude is taken, then
-    reference  (R, 10)  time, latitude and longitude in rad, altitude in m (negative below the surface), velocity
-                        north east down in m/s, roll, pitch, yaw in rad: the best that is known of the dive, such as
-                        the autopilot's own estimate. Only its first row is used, to begin with
+    imu        (N, 7)   time; specific force forward, right, down, m/s2
+                        (level and at rest 0, 0, -9.8); angular rate, rad/s
+    dvl        (M, 4)   time; velocity over ground forward, right, down, m/s
+    depth      (K, 2)   time; depth, m. Where it is left out, the altitude of
+                        the reference is taken
+    reference  (R, 10)  time; latitude, longitude, rad; altitude, m (negative
+                        below the surface); velocity north, east, down, m/s;
+                        roll, pitch, yaw, rad
+
+The reference is the best that is known of the dive, such as the autopilot's own estimate. Where nothing is compared
+with it, only its first row is used: where the dive began.
 """
 
 from __future__ import annotations
