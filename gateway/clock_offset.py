@@ -7,7 +7,9 @@ MAVLink's time synchronisation in PX4 choose their samples.)
 
 What is given out follows that least value, but no faster than `SLEW`: times that rise on the sender's clock rise
 here, too, and no interval is wrong by more than that share. A clock that begins anew (a restart of the sender) or
-leaps ahead is followed at once, and counted; a message that was held up for long is no such leap.
+leaps ahead is followed at once, and counted; a message that was held up for long is no such leap. At once goes, too,
+what was learnt from a message that had waited for long, as those do that wait for a link to open: then times may go
+back.
 """
 
 from __future__ import annotations
@@ -17,6 +19,7 @@ from collections import deque
 # Two quartz clocks that differ by 50 ppm part by 1.5 ms in this time.
 WINDOW_S = 30
 SLEW = 0.02
+STEP_S = 0.1
 # Messages do not overtake each other by as much.
 LEAP_S = 5.0
 
@@ -79,4 +82,4 @@ class ClockOffset:
 
     def _follow(self, wanted_s: float, passed_s: float) -> None:
         most_s = SLEW * passed_s
-        self._offset_s += max(-most_s, min(wanted_s, most_s))
+        self._offset_s += wanted_s if wanted_s < -STEP_S else max(-most_s, min(wanted_s, most_s))

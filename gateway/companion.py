@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections import Counter
 from collections.abc import Callable, Sequence
+from functools import partial
 
 from drivers.clock import Clock
 from drivers.mavlink.codec import MavlinkEncoder
@@ -15,7 +16,7 @@ from drivers.readings import AutopilotConflict, AutopilotHeartbeat, LinkState, R
 from gateway.autopilot import kind_of
 from gateway.config import Config
 from gateway.config_sections import MAVLINK
-from gateway.wiring import mavlink_decoder
+from gateway.wiring import mavlink_decoder, navigation_streams
 
 log = logging.getLogger("gateway")
 
@@ -43,8 +44,8 @@ class Companion:
             raise ValueError("mavlink: missing, a companion needs the link to its autopilot")
         self._settings = config.mavlink
         self._link = MavlinkLink(MAVLINK, config.mavlink.endpoint, clock)
-        self._decoder = mavlink_decoder(config.mavlink, config.thruster)
-        self._requests = StreamRequests()
+        self._decoder = mavlink_decoder(config.mavlink, config.thruster, navigation=config.navigation is not None)
+        self._requests = StreamRequests(also=partial(navigation_streams, config.navigation))
         self._settled = False
         self._encoders: dict[int, MavlinkEncoder] = {}
         self._unsent: Counter[str] = Counter()

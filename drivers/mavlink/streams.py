@@ -16,7 +16,7 @@ on.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from drivers.mavlink import formats
@@ -27,6 +27,7 @@ from drivers.readings import (
     AutopilotReboot,
     CommandAcknowledgement,
     GlobalPosition,
+    Inertial,
     LinkState,
     LocalPosition,
     Reading,
@@ -43,7 +44,7 @@ TRIES = 3
 SILENCE_S = 5.0
 ROUND_S = 30.0
 
-_TELEMETRY = (Attitude, GlobalPosition, LocalPosition, ThrusterCommand, ThrusterReport)
+_TELEMETRY = (Attitude, GlobalPosition, Inertial, LocalPosition, ThrusterCommand, ThrusterReport)
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,14 +98,18 @@ class StreamRequests:
 
     Args:
         streams: what to ask for; None: what this package reads, by the kind of autopilot.
+        also: what to ask for after that, by MAV_AUTOPILOT.
 
     Attributes:
         accepted, refused, unanswered: message ids by what became of the last request. If all are unanswered, the
             autopilot takes no commands from us (ArduPilot's MAV_OPTIONS can restrict them to the ground station).
     """
 
-    def __init__(self, streams: Sequence[Stream] | None = None) -> None:
+    def __init__(
+        self, streams: Sequence[Stream] | None = None, also: Callable[[int], Sequence[Stream]] = lambda _: ()
+    ) -> None:
         self._streams = None if streams is None else tuple(streams)
+        self._also = also
         self._autopilot: AutopilotHeartbeat | None = None
         self._waiting: list[Stream] = []
         self._tries = 0
@@ -158,7 +163,7 @@ class StreamRequests:
 
     def _start_round(self, autopilot: AutopilotHeartbeat, time_s: float) -> None:
         standard = PX4_STREAMS if autopilot.autopilot == AUTOPILOT_PX4 else ARDUPILOT_STREAMS
-        self._waiting = list(standard if self._streams is None else self._streams)
+        self._waiting = [*(standard if self._streams is None else self._streams), *self._also(autopilot.autopilot)]
         self._tries = 0
         self._due_s = self._round_s = time_s
         self.accepted, self.refused, self.unanswered = set(), set(), set()

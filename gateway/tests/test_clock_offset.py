@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gateway.clock_offset import SLEW, WINDOW_S, ClockOffset
+from gateway.clock_offset import SLEW, STEP_S, WINDOW_S, ClockOffset
 
 RATE_HZ = 50
 LINK_S = 0.004  # shortest delay
@@ -40,13 +40,21 @@ def test_drift_is_followed(drift):
     assert np.abs(wrong - LINK_S).max() < 0.006  # 100 ppm over the window are 3 ms; 60 ms over the whole time
 
 
-@given(st.integers(0, 1000), st.floats(0.001, 0.3))
-def test_times_rise_and_no_interval_is_far_off(seed, jitter_s):
+@given(st.lists(st.floats(0.0, STEP_S), min_size=10, max_size=300))
+def test_times_rise_and_no_interval_is_far_off(delays):
     clock = ClockOffset()
-    times = [clock.time_s(boot_s, received_s) for boot_s, received_s, _ in stream(4.0, jitter_s=jitter_s, seed=seed)]
+    times = [clock.time_s(n / RATE_HZ, 1.7e9 + n / RATE_HZ + delay_s) for n, delay_s in enumerate(delays)]
     intervals = [later - earlier for earlier, later in pairwise(times)]
     assert min(intervals) > (1.0 - 2 * SLEW) / RATE_HZ
     assert max(intervals) < (1.0 + 2 * SLEW) / RATE_HZ
+
+
+def test_what_waited_for_the_link_to_open_is_soon_forgotten():
+    held = [(boot_s, max(received_s, 1.7e9 + 3.0), true_s) for boot_s, received_s, true_s in stream(20.0)]
+    wrong = errors(ClockOffset(), held)
+    assert wrong[0] > 2.9
+    assert np.abs(wrong[4 * RATE_HZ :]).max() < 0.1
+    assert np.abs(wrong[10 * RATE_HZ :]).max() < 0.01
 
 
 def test_a_restart_is_followed_at_once():

@@ -133,3 +133,11 @@ def test_what_each_autopilot_is_asked_for(autopilot, streams):
 def test_a_rate_must_be_positive():
     with pytest.raises(ValueError, match="rate_hz"):
         Stream(30, 0.0)
+
+
+def test_what_a_user_of_more_needs_is_asked_for_last_and_by_the_kind_of_autopilot():
+    requests = StreamRequests(STREAMS[:1], also=lambda autopilot: [Stream(100 + autopilot, 50.0)])
+    asked = requests.update([heartbeat(0.0, autopilot=12)], 0.0)
+    asked += requests.update([answer(0.0)], 0.0)
+    assert ids(asked) == [36, 112]
+    assert asked[1].parameters[1] == 20_000
