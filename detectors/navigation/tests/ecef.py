@@ -49,6 +49,11 @@ def geodetic(position_m: np.ndarray) -> tuple[float, float, float]:
     return latitude, atan2(y, x), -height
 
 
+def every(interval_s: float, duration_s: float) -> np.ndarray:
+    """Times from 0 on."""
+    return np.arange(round(duration_s / interval_s) + 1) * interval_s
+
+
 @dataclass(frozen=True)
 class Truth:
     """State of a motion: geodetic position, velocity and direction cosines in north-east-down there."""

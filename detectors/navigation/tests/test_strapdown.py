@@ -6,7 +6,7 @@ import pytest
 from detectors.navigation.rotation import matrix
 from detectors.navigation.sample import NavigationState
 from detectors.navigation.strapdown import Strapdown
-from detectors.navigation.tests.ecef import Motion
+from detectors.navigation.tests.ecef import Motion, every
 
 DURATIONS_S = {0.0: 240.0, 45.0: 600.0, -60.0: 240.0, 85.0: 240.0}  # by latitude in degrees
 
@@ -45,10 +45,6 @@ def begun(motion, **biases):
         0.0, motion.latitude_rad, motion.longitude_rad, motion.depth_m, motion.velocity_mps, attitude
     )
     return Strapdown(start, **biases)
-
-
-def every(interval_s, duration_s):
-    return np.arange(round(duration_s / interval_s) + 1) * interval_s
 
 
 def driven(strapdown, samples):
