@@ -13,8 +13,6 @@ that a correction adds it:
 
 from __future__ import annotations
 
-from math import sqrt
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -33,11 +31,10 @@ GYROSCOPE_BIAS = slice(12, 15)
 DEPTH_SENSOR = 15
 STATES = 16
 
-# In-run stability of the biases (data sheet of the VN-100: 0.04 mg and 10 degrees per hour), reached as random walks
-# within the minutes over which its Allan deviation is flat.
-_BIAS_STEADY_S = 300.0
-ACCELEROMETER_BIAS_WALK = 0.04e-3 * 9.80665 / sqrt(_BIAS_STEADY_S)  # m/s2 per root second
-GYROSCOPE_BIAS_WALK = np.deg2rad(10.0 / 3600.0) / sqrt(_BIAS_STEADY_S)  # rad/s per root second
+# Random walks of the biases. A VN-100's in-run stability (data sheet: 0.04 mg, 10 degrees per hour) would be a quarter
+# of the first and a seventh of the second: they also stand for what a bias cannot, scale errors and vibration.
+ACCELEROMETER_BIAS_WALK = 1e-4  # m/s2 per root second
+GYROSCOPE_BIAS_WALK = 2e-5  # rad/s per root second
 # What a depth sensor is off by and keeps for a while: density of the water, air pressure, swell. A first-order
 # Gauss-Markov process, so that its uncertainty stays bounded.
 DEPTH_SENSOR_ERROR_M = 0.1
@@ -56,7 +53,7 @@ def error_dynamics(strapdown: Strapdown, specific_force_mps2: Vector, states: in
         (states, states).
     """
     dynamics = np.zeros((states, states))
-    earth, (north_mps, east_mps, down_mps) = strapdown.earth, strapdown.velocity_mps
+    earth = strapdown.earth
     meridian_m, transverse_m = earth.meridian_m - strapdown.depth_m, earth.transverse_m - strapdown.depth_m
     cosines = matrix(strapdown.attitude)
     earth_rate = np.array(earth.earth_rate_radps)
@@ -76,17 +73,9 @@ def error_dynamics(strapdown: Strapdown, specific_force_mps2: Vector, states: in
     dynamics[VELOCITY, POSITION] = moving @ (2.0 * earth_by_position + transport_by_position)
     dynamics[VELOCITY.stop - 1, POSITION.stop - 1] += earth.gravity_gradient_ps2
     dynamics[VELOCITY, ACCELEROMETER_BIAS] = -cosines
-    # dp' = dv, and the metres of a radian change on the way
+    # dp' = dv, and what a metre is changes on the way
     dynamics[POSITION, VELOCITY] = np.eye(3)
-    dynamics[POSITION, POSITION] = (
-        (-down_mps / meridian_m, 0.0, north_mps / meridian_m),
-        (
-            east_mps * earth.tangent / meridian_m,
-            -down_mps / transverse_m - north_mps * earth.tangent / meridian_m,
-            east_mps / transverse_m,
-        ),
-        (0.0, 0.0, 0.0),
-    )
+    dynamics[POSITION, POSITION] = _position_by_position(strapdown, meridian_m, transverse_m)
     dynamics[DEPTH_SENSOR, DEPTH_SENSOR] = -1.0 / DEPTH_SENSOR_TIME_S
     return dynamics
 
@@ -170,6 +159,21 @@ def _rates_by_position(strapdown: Strapdown, meridian_m: float, transverse_m: fl
         -east_mps * earth.tangent / transverse_m**2,
     )
     return earth_by_position, transport_by_position
+
+
+def _position_by_position(strapdown: Strapdown, meridian_m: float, transverse_m: float) -> FloatArray:
+    """(3, 3) Metres north and east are angles times radii: the angles' rates depend on latitude and depth, and the
+    radii change with the vehicle's own motion."""
+    north_mps, east_mps, down_mps = strapdown.velocity_mps
+    tangent = strapdown.earth.tangent
+    shrinking = -down_mps / transverse_m - north_mps * tangent / meridian_m
+    return np.array(
+        (
+            (-down_mps / meridian_m, 0.0, north_mps / meridian_m),
+            (east_mps * tangent / meridian_m, shrinking, east_mps / transverse_m),
+            (0.0, 0.0, 0.0),
+        )
+    )
 
 
 def _skew(vector: FloatArray) -> FloatArray:
