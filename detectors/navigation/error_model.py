@@ -31,8 +31,9 @@ GYROSCOPE_BIAS = slice(12, 15)
 DEPTH_SENSOR = 15
 STATES = 16
 
-# Random walks of the biases. A VN-100's in-run stability (data sheet: 0.04 mg, 10 degrees per hour) would be a quarter
-# of the first and a seventh of the second: they also stand for what a bias cannot, scale errors and vibration.
+# Random walks of the biases. A VN-100's in-run stability (data sheet: 0.04 mg, 10 degrees per hour; reached in five
+# minutes) would be a quarter of the first and a seventh of the second: they also stand for what a bias cannot, scale
+# errors and vibration.
 ACCELEROMETER_BIAS_WALK = 1e-4  # m/s2 per root second
 GYROSCOPE_BIAS_WALK = 2e-5  # rad/s per root second
 # What a depth sensor is off by and keeps for a while: density of the water, air pressure, swell. A first-order
