@@ -13,7 +13,7 @@ from detectors.navigation.strapdown import Strapdown, StrapdownError
 from detectors.navigation.tests.ecef import Motion, ecef_m, every, ned_axes
 
 START = NavigationState(0.0, 0.6, 0.5, 20.0, (1.0, -0.5, 0.2), (0.1, -0.2, 2.0))
-DURATIONS_S = {0.0: 240.0, 45.0: 600.0, -60.0: 240.0, 85.0: 240.0}  # by latitude in degrees
+DURATIONS_S = {0.0: 120.0, 45.0: 600.0, -60.0: 120.0, 85.0: 120.0}  # by latitude in degrees
 
 
 def eased(time_s):
