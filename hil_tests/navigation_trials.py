@@ -96,6 +96,37 @@ class Record:
         return np.asarray(self.level == Level.FAULT)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Way:
+    """What came of one variant on one dive.
+
+    Attributes:
+        variant, dive: names.
+        time_s: (E,) from the beginning of the dive.
+        error_m: (E,) distance from the true position; NaN where that is unknown.
+        isolated: (E,) the DVL's measurements were not used.
+        believed_m, true_m: (E, 2) and (R, 2) north and east of where the dive began.
+    """
+
+    variant: str
+    dive: str
+    time_s: FloatArray
+    error_m: FloatArray
+    isolated: NDArray[np.bool_]
+    believed_m: FloatArray
+    true_m: FloatArray
+
+    @property
+    def last_m(self) -> float:
+        """Error at the end."""
+        return float(self.error_m[np.isfinite(self.error_m)][-1])
+
+    @property
+    def greatest_m(self) -> float:
+        """Error where it was worst."""
+        return float(np.nanmax(self.error_m))
+
+
 def faulty(data: NavigationData, faults: Iterable[SensorFault]) -> NavigationData:
     """A dive with faults put into what its sensors say; a sample that is not said is left out.
 
