@@ -28,7 +28,7 @@ VELOCITIES_MIN = 3  # a line through two is no test of either
 
 
 @dataclass(frozen=True, slots=True)
-class Level:
+class Levelled:
     """What a vehicle's own sensors say of its attitude, at the end of a span.
 
     Attributes:
@@ -105,7 +105,7 @@ class Levelling:
         """Takes the next sample of the DVL."""
         self._velocities.append(sample)
 
-    def level(self) -> Level:
+    def level(self) -> Levelled:
         """What the span says.
 
         Raises:
@@ -117,11 +117,11 @@ class Levelling:
         back = matrix(end.attitude).T
         times, velocities = self._measured()
         if len(times) < VELOCITIES_MIN:
-            return Level(_vector(back @ np.array(end.gained_mps) / -self.span_s), None)
+            return Levelled(_vector(back @ np.array(end.gained_mps) / -self.span_s), None)
         centre_s = float(times.mean())
         gravity = (times - centre_s) @ velocities / ((times - centre_s) @ (times - centre_s))
         velocity = velocities.mean(axis=0) + gravity * (end.time_s - centre_s) + np.array(end.gained_mps)
-        return Level(_vector(back @ gravity), _vector(back @ velocity))
+        return Levelled(_vector(back @ gravity), _vector(back @ velocity))
 
     def _measured(self) -> tuple[FloatArray, FloatArray]:
         """(M,) times and (M, 3) velocities by the DVL within the span, less the integral of the specific force."""

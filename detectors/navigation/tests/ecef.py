@@ -115,7 +115,7 @@ class Motion:
         ]
 
     def truth(self, times_s: Sequence[float]) -> list[Truth]:
-        """Where that leads on the turning ellipsoid, at these times, integrated in the eighth order: 0.1 mm in ten minutes."""
+        """Where that leads on the turning ellipsoid, at these times: to 0.1 mm in ten minutes."""
         origin = ecef_m(self.latitude_rad, self.longitude_rad, self.depth_m)
         axes = ned_axes(self.latitude_rad, self.longitude_rad)
         cosines = _cosines(*self.attitude(np.zeros(1))[0])[..., 0]
