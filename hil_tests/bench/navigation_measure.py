@@ -12,11 +12,12 @@ from detectors.navigation import NavigationConfig
 from detectors.navigation.config import MethodName
 from hil_tests.bench.navigation_cases import CASES, PAPER_CASE, Case, Recorded, Simulated, Source
 from hil_tests.bench.navigation_paper import PaperScore, paper_score, paper_trace
-from hil_tests.bench.navigation_positions import DURATION_S, Way, variants, way
+from hil_tests.bench.navigation_positions import DURATION_S, variants, way
 from hil_tests.bench.navigation_scores import DEFAULT, Alarms, Found, alarms, by_case, found, scales_for
 from hil_tests.bench.navigation_trace import Job, MakeWatch, Trace, traces
 from hil_tests.bench.processes import results
 from hil_tests.dives import IMU_HZ, Style
+from hil_tests.navigation_trials import Way
 
 METHODS: tuple[MethodName, ...] = get_args(MethodName)
 RECORDINGS = Path(__file__).parents[3] / "shared" / "data" / "snapir"

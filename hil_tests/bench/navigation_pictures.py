@@ -12,11 +12,11 @@ import numpy as np
 from detectors.navigation import NavigationConfig
 from hil_tests.bench.navigation_cases import CASES, PAPER_CASE, Case, Source, onsets
 from hil_tests.bench.navigation_measure import Options
-from hil_tests.bench.navigation_positions import FAULTS, Way
+from hil_tests.bench.navigation_positions import FAULTS
 from hil_tests.bench.navigation_trace import MakeWatch, initial_of, seed_of
 from hil_tests.bench.processes import results
 from hil_tests.navigation_figures import Watched, statistics_figure, track_figure
-from hil_tests.navigation_trials import faulty, play, samples
+from hil_tests.navigation_trials import Way, faulty, play, samples
 
 PICTURED: tuple[Case, ...] = (CASES[0], PAPER_CASE)  # a step, a drift
 DPI = 110
