@@ -1,7 +1,8 @@
 """One detector's way through the pipeline: readings become samples, and samples are judged, many at once.
 
-What is common to all detectors is here; `gateway.thruster_channel` and `gateway.speed_channel` say what is particular
-to theirs. A further detector needs a channel, a judgement, and its words in `gateway.rules`.
+What is common to all detectors is here; what is particular to one in `gateway.thruster_channel`,
+`gateway.speed_channel` and `gateway.navigation_channel`. A further detector needs a channel, a judgement, and its
+words in `gateway.rules`.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, NamedTuple, TypeVar
 
+from detectors.navigation import DepthSample, DvlSample, NavigationSample, NavigationVerdict
 from detectors.speed.sample import PoseSample, SpeedVerdict
 from detectors.thruster import ThrusterSample, ThrusterVerdict
 from drivers.readings import Reading
@@ -37,7 +39,24 @@ class SpeedJudgement:
     verdict: SpeedVerdict
 
 
-Judgement = ThrusterJudgement | SpeedJudgement
+@dataclass(frozen=True, slots=True)
+class NavigationJudgement:
+    """A sample of a navigation sensor and what the navigation detector said of it.
+
+    Attributes:
+        sample, verdict: as the detector took and gave them.
+        dvl, depth: the newest of these samples; None before the first.
+        changed: the level of some sensor is another than before, or it is used or not used now.
+    """
+
+    sample: NavigationSample
+    verdict: NavigationVerdict
+    dvl: DvlSample | None
+    depth: DepthSample | None
+    changed: bool
+
+
+Judgement = ThrusterJudgement | SpeedJudgement | NavigationJudgement
 
 
 class Source(NamedTuple):
@@ -112,6 +131,10 @@ class Channel(ABC, Generic[SampleT]):
     def judgements(self, samples: int) -> Iterator[Judgement]:
         """The oldest judgements that were not taken yet, one for each of as many samples."""
         return (self._judged.popleft() for _ in range(samples))
+
+    def told(self) -> tuple[str, ...]:
+        """The subjects that are told of, each with a level of its own."""
+        return (self.subject,)
 
     def remark(self) -> str:
         """What the summary of a run should say of it beside its level, e.g. where positions came from."""

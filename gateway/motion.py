@@ -105,20 +105,22 @@ class MotionAligner:
             time_s = self._stamped_s(reading.source, reading.boot_s, reading.time_s)
             self._wait(DvlSample(time_s, reading.velocity_mps), time_s)
 
-    def pressure(self, reading: WaterPressure) -> None:
-        """Takes a barometer's pressure."""
-        number = reading.instance if reading.instance > 1 else ""
-        if self.depth.hears(f"SCALED_PRESSURE{number}", reading.time_s):
+    def pressure(self, reading: WaterPressure) -> bool:
+        """Takes a barometer's pressure; True where it may be that of the depth."""
+        source = f"SCALED_PRESSURE{reading.instance if reading.instance > 1 else ''}"
+        if self.depth.hears(source, reading.time_s):
             time_s = self._stamped_s(AUTOPILOT, reading.boot_s, reading.time_s)
             self._wait(DepthSample(time_s, (reading.pressure_pa - self._surface_pa) / self._pa_per_m), time_s)
+        return self.depth.wants(source)
 
-    def position(self, reading: GlobalPosition) -> None:
-        """Takes the autopilot's position: it may be the source of depths, of fixes, of both, or of none."""
+    def position(self, reading: GlobalPosition) -> bool:
+        """Takes the autopilot's position: for depths, for fixes, for both, or for none; True where for depths."""
         time_s = self._stamped_s(AUTOPILOT, reading.boot_s, reading.time_s)
         if self.depth.hears(GLOBAL_POSITION, reading.time_s):
             self._wait(DepthSample(time_s, reading.depth_m), time_s)
         if self._fix.hears(GLOBAL_POSITION, reading.time_s) and time_s - self._fix_s >= GLOBAL_FIX_PERIOD_S:
             self._fixed(time_s, reading.latitude_rad, reading.longitude_rad)
+        return self.depth.wants(GLOBAL_POSITION)
 
     def fix(self, reading: PositionFix) -> None:
         """Takes a fix of a positioning system."""

@@ -14,13 +14,14 @@ class Observation:
 
     Attributes:
         time_s: instant.
-        detector: who says so: "thruster", "speed", "link", "signal".
-        subject: of what, as in the findings: "thruster 3", "vehicle", "link can0".
+        detector: who says so: "thruster", "speed", "navigation", "link", "signal".
+        subject: of what, as in the findings: "thruster 3", "vehicle", "dvl", "link can0".
         label: the same for a text: "T3", "Speed", "can0".
         level: how bad it is.
         score: dimensionless evidence, NaN where there is none.
         trouble: what is wrong, e.g. "entangled?"; used only where the level is SUSPECT or FAULT.
         details: evidence in pieces that can be left out from the end.
+        colon: the trouble is none of what the label says, and is set off from it.
     """
 
     time_s: float
@@ -31,11 +32,12 @@ class Observation:
     score: float
     trouble: str
     details: tuple[str, ...] = ()
+    colon: bool = False
 
     def text(self) -> str:
         """The state in words."""
         if self.level >= Level.SUSPECT:
-            return texts.fitted(f"{self.label} {self.trouble}", self.details)
+            return texts.fitted(f"{self.label}{':' if self.colon else ''} {self.trouble}", self.details)
         word = "ok" if self.level is Level.NORMAL else "unknown"
         return texts.fitted(f"{self.label} {word}", self.details, separator=": ")
 

@@ -18,6 +18,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+from detectors.navigation import NavigationConfig, NavigationState
+from detectors.navigation.installation import Installation
 from detectors.speed import SpeedDetector
 from detectors.thruster import ThrusterDetector
 from detectors.verdict import Level
@@ -32,13 +34,24 @@ from drivers.readings import (
 )
 from gateway.channel import Aligned, Channel, Judgement, Learnt, Source
 from gateway.config import Config
-from gateway.rules import CONFLICT, autopilots_observation, observation, silence_watch, supervisor
+from gateway.navigation_channel import NavigationChannel
+from gateway.rules import CONFLICT, autopilots_observation, observations, silence_watch, supervisor
+from gateway.sensor_watch import Detector as NavigationDetecting
+from gateway.sensor_watch import NavigationFactory
 from gateway.speed_channel import SpeedChannel, SpeedFactory
 from gateway.supervisor import Action
 from gateway.thruster_channel import ThrusterChannel, ThrusterFactory
 from gateway.timeline import Timeline
 
 Outcome = Judgement | Action
+
+
+def _navigation(
+    config: NavigationConfig, initial: NavigationState, installation: Installation | None
+) -> NavigationDetecting:
+    from detectors.navigation.detector import NavigationDetector
+
+    return NavigationDetector(config, initial, installation)
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,10 +61,13 @@ class Factories:
     Attributes:
         thruster: a thruster's, from its settings and its commissioned curve, if there is one.
         speed: the vehicle's, from its settings and its normal speed, where that was learnt.
+        navigation: of the navigation sensors, from its settings, a state to begin with, and the sensors'
+            installation, where that was learnt.
     """
 
     thruster: ThrusterFactory = ThrusterDetector
     speed: SpeedFactory = SpeedDetector
+    navigation: NavigationFactory = _navigation
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,7 +163,7 @@ class Pipeline:
         if channel is None:
             raise ValueError(f"subject = {subject!r}: want one of {', '.join(self._channels)}")
         channel.accept()
-        return list(self._supervisor.accept(subject, time_s))
+        return [action for one in channel.told() for action in self._supervisor.accept(one, time_s)]
 
     def learnt(self) -> dict[str, Learnt]:
         """What the next start of the program should know, by subject."""
@@ -212,7 +228,8 @@ class Pipeline:
                 self._silence.hear_signal(signal, reading.time_s)
             for judgement in channel.judgements(samples):
                 yield judgement
-                yield from self._supervisor.observe(observation(judgement))
+                for observed in observations(judgement):
+                    yield from self._supervisor.observe(observed)
         match reading:
             case AutopilotHeartbeat():
                 yield from self._heartbeat(reading)
@@ -232,3 +249,7 @@ def _channels(config: Config, factories: Factories) -> Iterator[Channel[Any]]:
         yield ThrusterChannel(thruster, config, factories.thruster)
     if config.speed is not None and config.detector.speed is not None:
         yield SpeedChannel(config.speed, config.detector.speed, config, factories.speed)
+    if config.navigation is not None and config.detector.navigation is not None:
+        yield NavigationChannel(
+            config.navigation, config.detector.navigation, config.supervisor.silent_s, factories.navigation
+        )

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import assert_never
 
 from detectors.verdict import Level
 from gateway import texts
-from gateway.channel import Judgement, SpeedJudgement, ThrusterJudgement
+from gateway.channel import Judgement, NavigationJudgement, SpeedJudgement, ThrusterJudgement
 from gateway.config import Config
 from gateway.config_sections import MAVLINK
 from gateway.debounce import DebounceTimes
 from gateway.observation import Observation
+from gateway.sensor_observations import navigation_observations
 from gateway.silence import SilenceWatch, Watched
 from gateway.supervisor import Policy, Supervisor
 
@@ -24,13 +25,15 @@ MAVLINK_SILENT_S = 5.0
 CONFLICT = "link mavlink autopilots"
 
 
-def observation(judgement: Judgement) -> Observation:
+def observations(judgement: Judgement) -> Iterator[Observation]:
     """What the supervisor is told of a judgement."""
     match judgement:
         case ThrusterJudgement():
-            return _thruster_observation(judgement)
+            yield _thruster_observation(judgement)
         case SpeedJudgement():
-            return _speed_observation(judgement)
+            yield _speed_observation(judgement)
+        case NavigationJudgement():
+            yield from navigation_observations(judgement)
         case _:
             assert_never(judgement)
 
@@ -81,6 +84,8 @@ def supervisor(config: Config) -> Supervisor:
     policies = {
         "thruster": Policy(times, cleared_by_disarm=True, failsafe=failsafe.thruster_fault),
         "speed": Policy(times, cleared_by_disarm=True, failsafe=failsafe.speed_fault),
+        # a sensor that lies still lies after disarming: armed again, it is told again at once
+        "navigation": Policy(times, cleared_by_disarm=True, failsafe=failsafe.navigation_fault),
         "link": silence,
         "signal": silence,
     }

@@ -9,6 +9,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from detectors.navigation import (
+    DvlSample,
+    NavigationConfig,
+    NavigationSample,
+    NavigationState,
+    NavigationVerdict,
+    Sensor,
+    SensorVerdict,
+)
+from detectors.navigation import (
+    FaultKind as SensorFaultKind,
+)
+from detectors.navigation.installation import Installation
 from detectors.speed import PoseSample, SpeedCurve, SpeedVerdict
 from detectors.thruster.sample import FaultKind, ThrusterSample, ThrusterVerdict
 from detectors.verdict import Level
@@ -45,6 +58,11 @@ SPEED_WATCH = """
 [speed]
 minimum_mps = 0.8
 maximum_mps = 1.2
+"""
+
+NAVIGATION_WATCH = """
+[navigation]
+imu = "raw_imu"
 """
 
 FULL_RPM = 3000.0
@@ -117,6 +135,41 @@ class GroundSpeedDetector:
         self._last, self._speed_mps = None, math.nan
 
 
+class CruiseDetector:
+    """A stand-in of the contract: the vehicle makes 1 m/s ahead, and a DVL that says otherwise is isolated."""
+
+    def __init__(
+        self, config: NavigationConfig, initial: NavigationState, installation: Installation | None = None
+    ) -> None:
+        self.config, self.initial = config, initial
+        self.installation = Installation.of(config) if installation is None else installation
+        self.recalled = installation is not None
+        self.refused: Counter[str] = Counter()
+        self.accepted = self.samples = 0
+        self._error_mps = 0.0
+
+    def update(self, sample: NavigationSample) -> NavigationVerdict:
+        self.samples += 1
+        if isinstance(sample, DvlSample):
+            self._error_mps = sample.velocity_mps[0] - 1.0
+        wrong = abs(self._error_mps) > 0.2
+        dvl = SensorVerdict(
+            Sensor.DVL,
+            Level.FAULT if wrong else Level.NORMAL,
+            score=abs(self._error_mps) / 0.2,
+            kind=SensorFaultKind.STEP if wrong else None,
+            size=(self._error_mps, 0.0, 0.0),
+            isolated=wrong,
+        )
+        depth = SensorVerdict(Sensor.DEPTH, Level.NORMAL)
+        return NavigationVerdict(
+            time_s=sample.time_s, level=dvl.level, score=dvl.score, state=self.initial, sensors=(dvl, depth)
+        )
+
+    def accept(self) -> None:
+        self.accepted += 1
+
+
 def speed_verdict(time_s: float, level: Level, **fields: object) -> SpeedVerdict:
     """A verdict with what matters to a test; the rest is plausible."""
     plausible = {
@@ -178,3 +231,8 @@ def speed_config(tmp_path: Path) -> Config:
     return parse(
         TWO_THRUSTERS.replace("esc_index = 0 }\n", "esc_index = 0 }\nahead = 1\n", 1) + SPEED_WATCH, tmp_path
     )
+
+
+@pytest.fixture
+def navigation_config(tmp_path: Path) -> Config:
+    return parse(TWO_THRUSTERS + NAVIGATION_WATCH, tmp_path)

@@ -21,7 +21,7 @@ from drivers.readings import LinkState
 from gateway import state, texts
 from gateway.channel import Learnt, SpeedJudgement
 from gateway.findings import Finding, FindingsFile
-from gateway.rules import observation
+from gateway.rules import observations
 from gateway.severity import Severity
 from gateway.silence import SilenceWatch, Watched
 from gateway.summary import Summary
@@ -70,7 +70,9 @@ def test_thruster_text_always_fits_and_names_kind(number, speed_rpm, predicted_r
 
 
 def speed_words(level: Level, **fields: object) -> str:
-    return observation(SpeedJudgement(PoseSample(0.0, 0.0, 0.0, 0.0), speed_verdict(0.0, level, **fields))).text()
+    judgement = SpeedJudgement(PoseSample(0.0, 0.0, 0.0, 0.0), speed_verdict(0.0, level, **fields))
+    (told,) = observations(judgement)
+    return told.text()
 
 
 @pytest.mark.parametrize(
