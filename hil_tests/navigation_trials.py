@@ -51,16 +51,16 @@ class Watch(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """A FAULT of one sensor that begins.
+    """A FAULT that begins.
 
     Attributes:
         time_s: of the sample with which it begins, of whatever kind that is.
-        sensor: which is named. kind: what is said of it.
+        sensor: which is named; None: one of several, or not known. kind: what is said of it.
     """
 
     time_s: float
-    sensor: Sensor
-    kind: FaultKind | None
+    sensor: Sensor | None
+    kind: FaultKind | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -184,13 +184,13 @@ def play(watch: Watch, seen: Iterable[NavigationSample]) -> Record:
     """What a detector says of samples; it goes on from where it is."""
     rows: list[NavigationVerdict] = []
     events: list[Event] = []
-    broken: set[Sensor] = set()
+    broken: set[Sensor | None] = set()
     for sample in seen:
         verdict = watch.update(sample)
-        now = {one.sensor for one in verdict.sensors if one.level is Level.FAULT}
-        events += [
-            Event(sample.time_s, sensor, verdict.of(sensor).kind) for sensor in SENSORS if sensor in now - broken
-        ]
+        now: set[Sensor | None] = {one.sensor for one in verdict.sensors if one.level is Level.FAULT}
+        if verdict.level is Level.FAULT and not now:
+            now = {None}
+        events += [_event(verdict, sensor) for sensor in (*SENSORS, None) if sensor in now - broken]
         broken = now
         if isinstance(sample, DvlSample | DepthSample):
             rows.append(verdict)
@@ -236,6 +236,10 @@ def _reference(data: NavigationData) -> FloatArray:
     if data.reference is None:
         raise ValueError(f"{data.name}: no reference: want one, to know where the vehicle was")
     return data.reference
+
+
+def _event(verdict: NavigationVerdict, sensor: Sensor | None) -> Event:
+    return Event(verdict.time_s, sensor, None if sensor is None else verdict.of(sensor).kind)
 
 
 def _record(verdicts: Sequence[NavigationVerdict], events: Sequence[Event]) -> Record:

@@ -150,12 +150,13 @@ def delay_s(trace: Trace, method: str, scale: float = 1.0) -> float | None:
 
 
 def named(traces: Iterable[Trace]) -> dict[Sensor, Counter[str]]:
-    """How often which sensor was named first, by the one that was faulty; "none": nothing was found."""
+    """How often which sensor was named first, by the one that was faulty; "open": a fault was found, but not whose;
+    "none": none was."""
     table: dict[Sensor, Counter[str]] = {sensor: Counter() for sensor in Sensor}
     for trace in traces:
         if trace.case is not None:
-            missed = delay_s(trace, DEFAULT) is None or trace.sensor is None
-            table[trace.case.sensor]["none" if missed else str(trace.sensor)] += 1
+            missed = delay_s(trace, DEFAULT) is None
+            table[trace.case.sensor]["none" if missed else str(trace.sensor or "open")] += 1
     return table
 
 

@@ -82,7 +82,7 @@ def paper_table(scores: Sequence[PaperScore]) -> Table:
 
 def named_table(groups: Mapping[str, Mapping[Sensor, Counter[str]]]) -> Table:
     """Which sensor was named first, by the faulty one."""
-    said = [*map(str, Sensor), "none"]
+    said = [*map(str, Sensor), "open", "none"]
     table = _table("Navigation watch: sensor named first, by the faulty one", ("dives", "faulty"), said)
     for group, counts in groups.items():
         for number, (sensor, counter) in enumerate(counts.items()):

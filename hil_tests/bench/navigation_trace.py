@@ -34,7 +34,7 @@ class Trace:
         time_s: (E,) of samples of DVL and depth. fault: (E,) the verdict is FAULT.
         statistics: (E,) shares of their thresholds, by the method's name.
         first_s: when the first FAULT began at or after the onset; None: it did not.
-        sensor, kind: named by it.
+        sensor, kind: the first that was named; None: no sensor was.
         data_s, seconds: length of what was played, and the time that it took.
     """
 
@@ -145,7 +145,8 @@ def _trace(
     data_s: float = 0.0,
     seconds: float = 0.0,
 ) -> Trace:
-    first = next((event for event in record.events if event.time_s >= onset_s), None)
+    since = [event for event in record.events if event.time_s >= onset_s]
+    by_name = next((event for event in since if event.sensor is not None), None)
     return Trace(
         group=job.source.group,
         name=job.source.name,
@@ -156,9 +157,9 @@ def _trace(
         time_s=record.time_s,
         fault=record.fault,
         statistics=record.statistics,
-        first_s=first.time_s if first else None,
-        sensor=first.sensor if first else None,
-        kind=first.kind if first else None,
+        first_s=since[0].time_s if since else None,
+        sensor=by_name.sensor if by_name else None,
+        kind=by_name.kind if by_name else None,
         data_s=data_s,
         seconds=seconds,
     )

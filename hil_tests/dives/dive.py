@@ -7,7 +7,7 @@ lost samples as well, with nothing broken.
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Literal, get_args
 
 import numpy as np
@@ -63,6 +63,8 @@ def random_dive(
     style: Style = "plain",
     duration_s: float = 400.0,
     imu_hz: float = IMU_HZ,
+    dvl_hz: float | None = None,
+    depth_hz: float | None = None,
 ) -> Dive:
     """The dive of this seed.
 
@@ -72,16 +74,21 @@ def random_dive(
         style: "plain" or "rough", see above.
         duration_s: of the dive.
         imu_hz: rate of the IMU's samples, 100 Hz or a whole fraction of it; they are means then.
+        dvl_hz, depth_hz: rates of the others, instead of what the seed draws.
 
     Raises:
         ValueError: an argument out of range.
     """
     name = vehicle if vehicle is not None else ("auv", "rov")[seed % 2]
     _check(seed, name, style, duration_s)
+    _check_rates(dvl_hz, depth_hz)
     # one stream each, so that what one sensor draws moves no other
     streams = np.random.default_rng([get_args(VehicleName).index(name), seed]).spawn(5)
     motion = random_motion(streams[0], VEHICLES[name], duration_s)
     sensors = random_sensors(streams[1], DVL_ARM_M[name], rough=style == "rough")
+    sensors = replace(
+        sensors, dvl_rate_hz=dvl_hz or sensors.dvl_rate_hz, depth_rate_hz=depth_hz or sensors.depth_rate_hz
+    )
     imu = measured_inertial(streams[2], sensors, motion, duration_s)
     return Dive(
         name=f"{name} {seed}" + (", rough" if style == "rough" else ""),
@@ -114,3 +121,9 @@ def _check(seed: int, vehicle: str, style: str, duration_s: float) -> None:
         raise ValueError(f"style = {style!r}: want one of {', '.join(get_args(Style))}")
     if not 10.0 <= duration_s <= 100_000.0:
         raise ValueError(f"duration_s = {duration_s}: want 10 to 100000")
+
+
+def _check_rates(dvl_hz: float | None, depth_hz: float | None) -> None:
+    for name, rate_hz in {"dvl_hz": dvl_hz, "depth_hz": depth_hz}.items():
+        if rate_hz is not None and not 0.1 <= rate_hz <= 100.0:
+            raise ValueError(f"{name} = {rate_hz}: want 0.1 to 100, or None")

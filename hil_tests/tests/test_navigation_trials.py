@@ -45,8 +45,9 @@ def dive():
 class Scripted:
     """Says that the DVL is faulty in a span of time, and where the vehicle really is but for metres to the north."""
 
-    def __init__(self, dive, begin_s=ONSET_S, end_s=END_S, off_m=0.0):
+    def __init__(self, dive, begin_s=ONSET_S, end_s=END_S, off_m=0.0, names=True):
         self._dive, self._span, self._off_rad = dive, (begin_s, end_s), off_m / 6_371_000.0
+        self._names = names
         self.seen = []
 
     def update(self, sample):
@@ -58,7 +59,8 @@ class Scripted:
         )  # fmt: skip
         broken = self._span[0] <= sample.time_s < self._span[1]
         level = Level.FAULT if broken else Level.NORMAL
-        sensors = (SensorVerdict(Sensor.DVL, level, kind=FaultKind.STEP if broken else None),)
+        said = level if self._names else Level.UNKNOWN
+        sensors = (SensorVerdict(Sensor.DVL, said, kind=FaultKind.STEP if broken else None),)
         return NavigationVerdict(
             time_s=sample.time_s, level=level, score=0.0, state=state, sensors=sensors,
             statistics={"one": sample.time_s} if isinstance(sample, DvlSample) else {},
@@ -145,6 +147,8 @@ def test_an_event_is_a_fault_that_begins_at_whatever_sample(dive):
     assert (event.sensor, event.kind) == (Sensor.DVL, FaultKind.STEP)
     assert event.time_s == pytest.approx(ONSET_S, abs=0.011)  # an IMU's
     assert play(Scripted(dive, 70.0, 80.0), samples(dive)).events == ()
+    (unnamed,) = play(Scripted(dive, names=False), samples(dive)).events
+    assert (unnamed.time_s, unnamed.sensor, unnamed.kind) == (event.time_s, None, None)
 
 
 def test_playing_can_go_on(dive):

@@ -191,6 +191,13 @@ def test_a_slower_imu_says_the_means():
         thinned(fast.imu, 30.0)
 
 
+def test_rates_can_be_chosen():
+    chosen = random_dive(0, duration_s=30.0, dvl_hz=5.0, depth_hz=4.0)
+    assert_allclose(np.diff(chosen.dvl[:, 0]), 0.2)
+    assert_allclose(np.diff(chosen.depth[:, 0]), 0.25)
+    assert_array_equal(chosen.imu, random_dive(0, duration_s=30.0).imu)
+
+
 def test_rough_dives_lose_samples_and_plain_ones_do_not():
     gaps_s = []
     for seed in range(3):
@@ -228,7 +235,13 @@ def test_sensors_that_look_back_have_something_to_see():
 
 @pytest.mark.parametrize(
     "arguments",
-    [{"seed": -1}, {"seed": 0, "vehicle": "ship"}, {"seed": 0, "style": "odd"}, {"seed": 0, "duration_s": 1.0}],
+    [
+        {"seed": -1},
+        {"seed": 0, "vehicle": "ship"},
+        {"seed": 0, "style": "odd"},
+        {"seed": 0, "duration_s": 1.0},
+        {"seed": 0, "dvl_hz": 0.0},
+    ],
 )
 def test_arguments_out_of_range_are_named(arguments):
     with pytest.raises(ValueError, match=list(arguments)[-1]):
