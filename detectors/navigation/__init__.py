@@ -1,6 +1,8 @@
 """Navigation watch: does a navigation sensor lie (paper 003, and beyond it)."""
 
 from detectors.navigation.config import NavigationConfig
+from detectors.navigation.detector import NavigationDetector
+from detectors.navigation.installation import Installation
 from detectors.navigation.sample import (
     AttitudeSample,
     DepthSample,
@@ -22,7 +24,9 @@ __all__ = [
     "FaultKind",
     "FixSample",
     "ImuSample",
+    "Installation",
     "NavigationConfig",
+    "NavigationDetector",
     "NavigationSample",
     "NavigationState",
     "NavigationVerdict",

@@ -21,10 +21,12 @@ class NavigationConfig:
             of paper 003.
         false_alarms_per_hour: wanted rate that the thresholds of "ratio" are set for.
         isolate: a faulty sensor's measurements are not used.
+        compare: the statistics of all methods are computed, whichever judges.
         accelerometer_noise_mps2: standard deviation of a sample's white noise, per square root of Hz.
         gyroscope_noise_radps: the same.
         accelerometer_bias_mps2, gyroscope_bias_radps: standard deviation of the offsets at the start.
-        dvl_noise_mps: standard deviation of a component of the DVL's velocity while driving straight on.
+        dvl_noise_mps: standard deviation of a component of the DVL's velocity while driving straight on; a first
+            guess, from a quarter to three times of which it is learnt.
         depth_noise_m: of a depth.
         fix_noise_m: of each horizontal component of a fix.
         heading_noise_rad: of another system's heading.
@@ -51,17 +53,18 @@ class NavigationConfig:
     method: MethodName = "ratio"
     false_alarms_per_hour: float = 0.1
     isolate: bool = True
-    accelerometer_noise_mps2: float = 2e-3
+    compare: bool = False
+    accelerometer_noise_mps2: float = 1.5e-3
     gyroscope_noise_radps: float = 1e-4
     accelerometer_bias_mps2: float = 0.05
     gyroscope_bias_radps: float = 2e-3
-    dvl_noise_mps: float = 0.02
-    depth_noise_m: float = 0.05
+    dvl_noise_mps: float = 0.01
+    depth_noise_m: float = 0.08
     fix_noise_m: float = 3.0
     heading_noise_rad: float = 0.05
-    attitude_error_rad: float = 0.01
-    heading_error_rad: float = 0.05
-    velocity_error_mps: float = 0.1
+    attitude_error_rad: float = 0.05
+    heading_error_rad: float = 0.1
+    velocity_error_mps: float = 0.2
     position_error_m: float = 3.0
     dvl_lever_arm_m: Vector = (0.0, 0.0, 0.0)
     dvl_mounting_rad: Vector = (0.0, 0.0, 0.0)

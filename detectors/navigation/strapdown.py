@@ -132,6 +132,13 @@ class Strapdown:
         self.specific_force_mps2 = _scaled(push, 1.0 / interval_s)
         self._move(push, transport, interval_s)
 
+    def coast(self, interval_s: float) -> None:
+        """Goes on as it went, for a time that no sample tells of."""
+        north_mps, east_mps, down_mps = self.velocity_mps
+        self._displace(interval_s * north_mps, interval_s * east_mps, interval_s * down_mps)
+        self._last_interval_s = inf
+        self._refresh()
+
     def state(self, time_s: float) -> NavigationState:
         """Where the vehicle is now, which is `time_s` as the caller knows."""
         return NavigationState(

@@ -1,0 +1,72 @@
+"""From evidence to the sensor that is to blame, where one can be told from the others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from detectors.navigation.condition import Condition
+from detectors.navigation.ratio import Explanation
+from detectors.navigation.sample import FaultKind, Sensor, Vector
+
+INERTIAL = (Sensor.GYROSCOPE, Sensor.ACCELEROMETER)
+# One sensor is named when it explains what is seen so much better than any other, as twice the logarithm of the
+# likelihood ratio. Inertial sensors fail more rarely than a DVL, which loses its bottom, or a depth sensor.
+NAMED, INERTIAL_RARER = 6.0, 6.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Suspicion:
+    """What there is against one sensor.
+
+    Attributes:
+        sensor, kind: which, and how it seems to fail.
+        score: 1.0 is a fault.
+        explanation: size and consequences, where they are known.
+    """
+
+    sensor: Sensor
+    kind: FaultKind
+    score: float
+    explanation: Explanation | None = None
+
+    @property
+    def size(self) -> Vector:
+        """(3,) of the error now."""
+        found = self.explanation
+        return (0.0, 0.0, 0.0) if found is None else found.size_now
+
+    @property
+    def rate(self) -> float:
+        """At which it grows, per second."""
+        found = self.explanation
+        return 0.0 if found is None or self.kind is not FaultKind.DRIFT else float(np.linalg.norm(found.size))
+
+
+def suspicions(
+    explanations: Iterable[Explanation], threshold: float, conditions: Mapping[Sensor, Condition]
+) -> list[Suspicion]:
+    """All that there is against each sensor, the gravest first.
+
+    Args:
+        explanations: one for each sensor.
+        threshold: ratio at which an explanation is a fault.
+        conditions: what shows in the sensors' own samples.
+    """
+    found = [Suspicion(one.family.sensor, one.family.kind, one.ratio / threshold, one) for one in explanations]
+    likely = {one.sensor: one.explanation for one in found if one.score >= 0.5}
+    for sensor, condition in conditions.items():
+        score, kind = condition.evidence()
+        found.append(Suspicion(sensor, kind, score, likely.get(sensor)))
+    return sorted(found, key=lambda one: -one.score)
+
+
+def named(explanations: Sequence[Explanation]) -> tuple[Sensor, ...]:
+    """The sensors that what is seen may come from: one where it can be told."""
+    weighed = {
+        one.family.sensor: one.ratio - INERTIAL_RARER * (one.family.sensor in INERTIAL) for one in explanations
+    }
+    best = max(weighed.values(), default=0.0)
+    return tuple(sensor for sensor, ratio in weighed.items() if ratio > best - NAMED)

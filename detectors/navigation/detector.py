@@ -1,0 +1,301 @@
+"""Navigation detector: says which navigation sensor lies, and goes on without it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import nan, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from detectors.navigation.admission import Admission, numbers_of
+from detectors.navigation.blame import INERTIAL, Suspicion, named, suspicions
+from detectors.navigation.condition import Condition
+from detectors.navigation.config import NavigationConfig
+from detectors.navigation.installation import Installation
+from detectors.navigation.integration import Innovation, IntegratedFilter
+from detectors.navigation.isolation import Isolation
+from detectors.navigation.published import Residuals, Score, published_methods
+from detectors.navigation.ratio import LikelihoodRatio
+from detectors.navigation.sample import (
+    DepthSample,
+    DvlSample,
+    FaultKind,
+    ImuSample,
+    NavigationSample,
+    NavigationState,
+    NavigationVerdict,
+    Sensor,
+    SensorVerdict,
+    Vector,
+)
+from detectors.navigation.thresholds import ratio_threshold
+from detectors.verdict import Level
+
+FloatArray = NDArray[np.float64]
+
+MEASURED: dict[Sensor, type[DvlSample | DepthSample]] = {Sensor.DVL: DvlSample, Sensor.DEPTH: DepthSample}
+# The filter has found itself when it has had so long and so many samples of the DVL, and expects the next so well.
+SETTLING_S, SETTLING_SAMPLES, SETTLED_MPS = 20.0, 10, 0.25
+SUSPECT_SHARE = 0.7
+# A sensor on probation is suspected sooner.
+PROBATION_SHARE = 0.5
+# An inertial sensor's jump is over when the bias is back within this share of it.
+RECOVERED = 0.3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Jump:
+    """An inertial sensor's bias that is another than it was."""
+
+    suspicion: Suspicion
+    healthy: FloatArray
+
+    def over(self, bias: Vector) -> bool:
+        return bool(np.linalg.norm(bias - self.healthy) < RECOVERED * np.linalg.norm(self.suspicion.size))
+
+
+class NavigationDetector:
+    """Judges navigation sensors by how well they agree (paper 003, and beyond it).
+
+    Pickled at any sample and unpickled, it goes on bit for bit.
+
+    Args:
+        config: settings.
+        initial: where the vehicle is, about; see `detectors.navigation.alignment`.
+        installation: how the sensors are mounted, as a detector learnt it before; None: the configuration's guess.
+    """
+
+    def __init__(
+        self, config: NavigationConfig, initial: NavigationState, installation: Installation | None = None
+    ) -> None:
+        self._config = config
+        self._admission = Admission()
+        self._filter = IntegratedFilter(config, initial, installation)
+        self._ratio = LikelihoodRatio()
+        self._threshold = ratio_threshold(config.false_alarms_per_hour)
+        self._methods = published_methods(config)
+        self._residuals = Residuals()
+        self._scores: dict[str, Score] = {}
+        self._conditions = {sensor: Condition() for sensor in MEASURED}
+        self._isolated: dict[Sensor, Isolation] = {}
+        self._jumps: dict[Sensor, _Jump] = {}
+        self._suspicions: list[Suspicion] = []
+        self._doubtful: tuple[Sensor, ...] = ()
+        self._innovation = (nan, nan, nan, nan)
+        self._time_s = self._began_s = initial.time_s
+        self._settled = False
+        self._dvl_samples = 0
+        self._sensors: tuple[SensorVerdict, ...] = ()
+        self._level, self._score, self._reason = Level.UNKNOWN, 0.0, "no sample of the DVL yet"
+
+    @property
+    def refused(self) -> Counter[str]:
+        """Samples that were not taken, by cause."""
+        return self._admission.refused + self._filter.refused
+
+    @property
+    def installation(self) -> Installation:
+        """How the sensors are mounted, as learnt: for the next detector."""
+        return self._filter.installation
+
+    def update(self, sample: NavigationSample) -> NavigationVerdict:
+        """Judges one sample. Never raises on data: what is late, repeated or not finite is refused and counted."""
+        if self._admission.admits(sample):
+            self._time_s = max(self._time_s, sample.time_s)
+            if isinstance(sample, ImuSample):
+                for innovation in self._filter.advance(sample):
+                    self._judge(innovation)
+                    self._conclude()
+            else:
+                self._filter.measure(sample)
+        return self._verdict()
+
+    def accept(self) -> None:
+        """The operator says that all sensors are well: they are used again, and what they say now is normal."""
+        for sensor in tuple(self._isolated):
+            self._readmit(sensor)
+        self._begin_anew()
+        self._conclude()
+
+    def _judge(self, innovation: Innovation) -> None:
+        """One innovation, by all methods; then what follows from them."""
+        sensor = _sensor(innovation)
+        self._ratio.update(innovation, counts=sensor not in self._isolated)
+        self._examine(innovation, sensor)
+        if sensor is None:
+            return
+        self._keep(sensor, innovation)
+        condition = self._conditions[sensor]
+        condition.update(numbers_of(innovation.measurement), innovation)
+        if (residual := self._residuals.take(innovation)) is not None:
+            self._dvl_samples += 1
+            self._scores = {name: method.judge(residual) for name, method in self._methods.items()}
+        if not self._settled:
+            self._settle(innovation)
+            return
+        self._suspect()
+        self._act()
+        self._forgive()
+
+    def _examine(self, innovation: Innovation, sensor: Sensor | None) -> None:
+        """Whether an isolated sensor can be used again."""
+        for isolated, isolation in tuple(self._isolated.items()):
+            condition = self._conditions[isolated]
+            isolation.update(
+                innovation,
+                self._filter.covariance,
+                own=sensor is isolated,
+                sound=not condition.repeated and condition.evidence()[0] < SUSPECT_SHARE,
+                limit=PROBATION_SHARE * self._threshold,
+            )
+            if sensor is isolated and isolation.healed(innovation.time_s, self._config.healthy_s):
+                self._readmit(isolated)
+
+    def _keep(self, sensor: Sensor, innovation: Innovation) -> None:
+        x, y, z, down = self._innovation
+        if sensor is Sensor.DVL:
+            x, y, z = innovation.values.tolist()
+        else:
+            down = float(innovation.values[0])
+        self._innovation = (x, y, z, down)
+
+    def _settle(self, innovation: Innovation) -> None:
+        """Waits until the filter expects the DVL well; begins anew where it is wrong."""
+        waited = innovation.time_s - self._began_s >= SETTLING_S and self._dvl_samples >= SETTLING_SAMPLES
+        if not waited or not isinstance(innovation.measurement, DvlSample):
+            return
+        if sqrt(float(np.trace(innovation.covariance)) / 3.0) > SETTLED_MPS:
+            return
+        if self._ratio.ratios().max() > self._threshold:
+            self._begin_anew()
+        else:
+            self._settled = True
+
+    def _begin_anew(self) -> None:
+        self._filter.begin_anew()
+        self._ratio.clear()
+        for condition in self._conditions.values():
+            condition.clear()
+        self._jumps.clear()
+        self._suspicions, self._doubtful = [], ()
+        self._settled, self._dvl_samples, self._began_s = False, 0, self._time_s
+
+    def _suspect(self) -> None:
+        """What there is against whom."""
+        if self._config.method != "ratio":
+            score = self._scores.get(self._config.method)
+            self._suspicions = [] if score is None else [Suspicion(score.sensor, FaultKind.UNCLEAR, score.share)]
+            return
+        explanations = self._ratio.explanations()
+        conditions = {sensor: one for sensor, one in self._conditions.items() if sensor not in self._isolated}
+        possible = named(explanations)
+        self._suspicions = suspicions(
+            [one for one in explanations if one.family.sensor in possible], self._threshold, conditions
+        )
+        found = bool(explanations) and explanations[0].ratio > self._threshold
+        self._doubtful = possible if found and len(possible) > 1 else ()
+
+    def _act(self) -> None:
+        """Isolates a sensor that is surely broken; takes the jump of an inertial sensor's bias in."""
+        worst = next((one for one in self._suspicions if one.sensor not in self._isolated), None)
+        if worst is None or worst.score < 1.0 or not self._config.isolate:
+            return
+        if self._doubtful and worst.explanation is not None and worst.kind is worst.explanation.family.kind:
+            return
+        if worst.sensor in INERTIAL:
+            bias = self._bias(worst.sensor)
+            healthy = self._jumps[worst.sensor].healthy if worst.sensor in self._jumps else np.array(bias)
+            self._jumps[worst.sensor] = _Jump(worst, healthy)
+        else:
+            self._isolated[worst.sensor] = Isolation(worst.sensor, worst.kind, worst.size, worst.rate)
+            self._filter.excluded.add(MEASURED[worst.sensor])
+        if worst.explanation is not None:
+            self._filter.correct(worst.explanation.error, worst.explanation.covariance)
+        self._ratio.clear()
+        self._suspicions, self._doubtful = [], ()
+
+    def _readmit(self, sensor: Sensor) -> None:
+        probation = self._isolated.pop(sensor).probation
+        if probation is not None:
+            self._filter.replace(probation.error, probation.covariance)
+        self._filter.excluded.discard(MEASURED[sensor])
+        self._conditions[sensor].clear()
+        self._ratio.clear()
+
+    def _forgive(self) -> None:
+        """Inertial sensors whose bias is again what it was."""
+        for sensor, jump in tuple(self._jumps.items()):
+            if jump.over(self._bias(sensor)):
+                del self._jumps[sensor]
+
+    def _bias(self, sensor: Sensor) -> Vector:
+        strapdown = self._filter.strapdown
+        if sensor is Sensor.GYROSCOPE:
+            return strapdown.gyroscope_bias_radps
+        return strapdown.accelerometer_bias_mps2
+
+    def _conclude(self) -> None:
+        """The verdict on each sensor, and on all of them."""
+        self._sensors = tuple(self._sensor_verdicts())
+        worst = max((one.score for one in self._sensors), default=0.0)
+        self._level = max((one.level for one in self._sensors), default=Level.UNKNOWN)
+        self._score = worst
+        self._reason = self._reasons()
+        if self._doubtful:
+            self._level = Level.FAULT
+
+    def _sensor_verdicts(self) -> Iterator[SensorVerdict]:
+        for sensor in Sensor:
+            yield self._sensor_verdict(sensor)
+
+    def _sensor_verdict(self, sensor: Sensor) -> SensorVerdict:
+        if sensor in self._isolated:
+            isolation = self._isolated[sensor]
+            return SensorVerdict(
+                sensor, Level.FAULT, 1.0, isolation.kind, isolation.size, isolation.rate, isolated=True
+            )
+        if sensor in self._jumps:
+            found = self._jumps[sensor].suspicion
+            return SensorVerdict(sensor, Level.FAULT, max(found.score, 1.0), found.kind, found.size, found.rate)
+        suspicion = next((one for one in self._suspicions if one.sensor is sensor), None)
+        score = 0.0 if suspicion is None else max(suspicion.score, 0.0)
+        if not self._settled or sensor in self._doubtful or self._silent(sensor):
+            return SensorVerdict(sensor, Level.UNKNOWN, score)
+        if suspicion is None or score < SUSPECT_SHARE:
+            return SensorVerdict(sensor, Level.NORMAL, score)
+        level = Level.FAULT if score >= 1.0 else Level.SUSPECT
+        return SensorVerdict(sensor, level, score, suspicion.kind, suspicion.size, suspicion.rate)
+
+    def _silent(self, sensor: Sensor) -> bool:
+        kind = MEASURED.get(sensor, DvlSample)  # without the DVL nothing shows what the inertial sensors do
+        return not self._admission.heard(kind) or self._admission.silent(kind, self._time_s)
+
+    def _reasons(self) -> str:
+        if self._doubtful:
+            return " or ".join(self._doubtful)
+        if not self._settled:
+            return "finding out how the sensors are mounted" if self._dvl_samples else "no sample of the DVL yet"
+        return ", ".join(f"{one.sensor} {one.kind}" for one in self._sensors if one.kind is not None)
+
+    def _verdict(self) -> NavigationVerdict:
+        statistics = {name: score.share for name, score in self._scores.items()}
+        statistics["ratio"] = max((one.score for one in self._suspicions), default=0.0)
+        return NavigationVerdict(
+            time_s=self._time_s,
+            level=self._level,
+            score=self._score,
+            state=self._filter.state(self._time_s),
+            innovation=self._innovation,
+            statistics=statistics,
+            isolated=tuple(self._isolated),
+            sensors=self._sensors,
+            position_error_m=self._filter.position_error_m,
+            reason=self._reason,
+        )
+
+
+def _sensor(innovation: Innovation) -> Sensor | None:
+    return next((sensor for sensor, kind in MEASURED.items() if isinstance(innovation.measurement, kind)), None)

@@ -1,0 +1,49 @@
+"""How the body moves just now: its turn rate and the change of its velocity, which lever arms and delays act upon."""
+
+from __future__ import annotations
+
+from math import exp
+
+from detectors.navigation.rotation import cross, rotate_back
+from detectors.navigation.sample import Vector
+from detectors.navigation.strapdown import Strapdown
+
+# Thrusters shake the IMU; the DVL measures over about as long, too.
+SMOOTHING_S = 0.15
+_STILL: Vector = (0.0, 0.0, 0.0)
+
+
+class BodyMotion:
+    """Smoothed turn rate and acceleration in the frame of the body.
+
+    Attributes:
+        rate_radps: (3,) turn rate.
+        acceleration_mps2: (3,) change per second of the velocity as the body sees it (not the specific force).
+    """
+
+    __slots__ = ("acceleration_mps2", "rate_radps")
+
+    def __init__(self) -> None:
+        self.rate_radps: Vector = _STILL
+        self.acceleration_mps2: Vector = _STILL
+
+    def follow(self, strapdown: Strapdown, angular_rate_radps: Vector, interval_s: float) -> None:
+        """After `strapdown` has advanced by a sample: (3,) angular rate as measured, `interval_s` since the last."""
+        keep = exp(-interval_s / SMOOTHING_S)
+        rate = _less(angular_rate_radps, strapdown.gyroscope_bias_radps)
+        self.rate_radps = _mixed(self.rate_radps, rate, keep)
+        north, east, down = strapdown.specific_force_mps2
+        earth = strapdown.earth
+        gravity = earth.surface_gravity_mps2 + earth.gravity_gradient_ps2 * strapdown.depth_m
+        change = rotate_back(strapdown.attitude, (north, east, down + gravity))
+        change = _less(change, cross(rate, strapdown.body_velocity()))
+        self.acceleration_mps2 = _mixed(self.acceleration_mps2, change, keep)
+
+
+def _less(one: Vector, other: Vector) -> Vector:
+    return one[0] - other[0], one[1] - other[1], one[2] - other[2]
+
+
+def _mixed(old: Vector, new: Vector, keep: float) -> Vector:
+    share = 1.0 - keep
+    return keep * old[0] + share * new[0], keep * old[1] + share * new[1], keep * old[2] + share * new[2]
