@@ -13,6 +13,7 @@ import click
 from gateway.config import Config, load
 from gateway.logs import start_logging
 from gateway.problems import ConfigError
+from gateway.training.command import train
 
 DISTRIBUTION = "thruster-gateway"
 PLUGINS = "gateway.commands"
@@ -69,6 +70,9 @@ def main() -> None:
 
     CAN and MAVLink in, STATUSTEXT and failsafe out.
     """
+
+
+main.add_command(train)
 
 
 def loaded(path: Path) -> Config:

@@ -13,7 +13,7 @@ and rising from row to row, all on one clock, nothing missing (leave out rows wh
                         roll, pitch, yaw, rad
 
 The reference is the best that is known of the dive, such as the autopilot's own estimate. Where nothing is compared
-with it, only its first row is used: where the dive began.
+with it, only its first row is used: where the dive began. Without a reference the dive's first seconds must do.
 """
 
 from __future__ import annotations

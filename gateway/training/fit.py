@@ -11,10 +11,13 @@ from typing import Any
 import numpy as np
 import torch
 
-from detectors.navigation.lstm import Model
+from detectors.navigation import NavigationConfig
+from detectors.navigation.lstm import Model, Predictor
 from detectors.thruster.swarm import Dimension, MultiCentreSwarm, Position
+from gateway.navigation_data import NavigationData
 from gateway.training.checkpoint import Checkpoint
 from gateway.training.evaluation import Figures, evaluate
+from gateway.training.innovations import innovations
 from gateway.training.network import Batch, Scaling, Training
 from gateway.training.records import InnovationRecord, interval_s, split
 from gateway.training.settings import Hyperparameters, Search, TrainingSettings
@@ -187,3 +190,27 @@ def _swarm(search: Search, seed: int) -> MultiCentreSwarm:
 def _hyperparameters(position: Position) -> Hyperparameters:
     logarithm, hidden, epochs = position
     return Hyperparameters(learning_rate=10.0**logarithm, hidden=int(hidden), epochs=int(epochs))
+
+
+def train_predictor(
+    recordings: Sequence[NavigationData],
+    settings: TrainingSettings | None = None,
+    config: NavigationConfig | None = None,
+) -> Predictor:
+    """A predictor of what the navigation filter's innovations are in healthy dives.
+
+    Args:
+        recordings: healthy dives.
+        settings: None: the defaults, which search for nothing.
+        config: of the filter; None: the defaults.
+
+    Raises:
+        ValueError: too few recordings, or one that nothing can be learnt from.
+    """
+    records = [innovations(recording, config) for recording in recordings]
+    return Predictor(train_model(records, settings or TrainingSettings()))
+
+
+def train_model(records: Sequence[InnovationRecord], settings: TrainingSettings) -> Model:
+    """The same of what the filter made of the recordings, at one go."""
+    return Fitting(records, settings, Checkpoint(None, "", resume=False)).run()

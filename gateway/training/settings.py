@@ -48,8 +48,8 @@ class Search:
         ValueError: one out of its range.
     """
 
-    particles: int = 6
-    iterations: int = 3
+    particles: int = 8
+    iterations: int = 4
 
     def __post_init__(self) -> None:
         if self.particles < 2:
