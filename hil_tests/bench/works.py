@@ -7,6 +7,7 @@ from rich.console import Console
 
 from hil_tests.bench.decoding import dbc_status, esc_status, mavlink_stream, raw_command
 from hil_tests.bench.figures import console_beside, shared_options, write
+from hil_tests.bench.predictor_timing import has_onnx, predictor_step
 from hil_tests.bench.processes import processes, results
 from hil_tests.bench.speed_timing import speed_watch
 from hil_tests.bench.tables import timing_table
@@ -22,6 +23,8 @@ WORKS = {
     "DBC": dbc_status,
     "MAVLink": mavlink_stream,
 }
+if has_onnx():
+    WORKS["predictor"] = predictor_step
 
 
 def time_works(console: Console) -> list[Timing]:
