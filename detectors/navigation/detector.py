@@ -90,6 +90,8 @@ class NavigationDetector:
         self._dvl_samples = 0
         self._sensors: tuple[SensorVerdict, ...] = ()
         self._level, self._score, self._reason = Level.UNKNOWN, 0.0, "no sample of the DVL yet"
+        self._statistics: dict[str, float] = {}
+        self._position_error_m = self._filter.position_error_m
 
     @property
     def refused(self) -> Counter[str]:
@@ -213,7 +215,7 @@ class NavigationDetector:
             self._isolated[worst.sensor] = Isolation(worst.sensor, worst.kind, worst.size, worst.rate)
             self._filter.excluded.add(MEASURED[worst.sensor])
         if worst.explanation is not None:
-            self._filter.correct(worst.explanation.error, worst.explanation.covariance)
+            self._filter.correct(*self._ratio.consequences(worst.explanation))
         self._ratio.clear()
         self._suspicions, self._doubtful = [], ()
 
@@ -244,6 +246,12 @@ class NavigationDetector:
         self._level = max((one.level for one in self._sensors), default=Level.UNKNOWN)
         self._score = worst
         self._reason = self._reasons()
+        self._statistics = {name: score.share for name, score in self._scores.items()}
+        if self._config.method == "ratio":
+            self._statistics["ratio"] = max((one.score for one in self._suspicions), default=0.0)
+        elif self._config.compare:
+            self._statistics["ratio"] = float(self._ratio.ratios().max()) / self._threshold
+        self._position_error_m = self._filter.position_error_m
         if self._doubtful:
             self._level = Level.FAULT
 
@@ -281,18 +289,16 @@ class NavigationDetector:
         return ", ".join(f"{one.sensor} {one.kind}" for one in self._sensors if one.kind is not None)
 
     def _verdict(self) -> NavigationVerdict:
-        statistics = {name: score.share for name, score in self._scores.items()}
-        statistics["ratio"] = max((one.score for one in self._suspicions), default=0.0)
         return NavigationVerdict(
             time_s=self._time_s,
             level=self._level,
             score=self._score,
             state=self._filter.state(self._time_s),
             innovation=self._innovation,
-            statistics=statistics,
+            statistics=self._statistics,
             isolated=tuple(self._isolated),
             sensors=self._sensors,
-            position_error_m=self._filter.position_error_m,
+            position_error_m=self._position_error_m,
             reason=self._reason,
         )
 

@@ -63,7 +63,7 @@ KINDS: tuple[type[Measurement], ...] = (DvlSample, DepthSample, FixSample, Attit
 
 STEP_S = 0.1  # longest step of the covariance
 HORIZON_MAX_S = 2.5
-HORIZON_MARGIN_S = 0.1
+DELAYS = 2.0  # standard deviations of a delay that the horizon waits for
 WAITING_MAX = 64  # measurements of a kind, while the IMU is silent
 # A gap of the IMU: nobody knows how the vehicle moved, so as much is added to the uncertainty, for each second.
 GAP_S = 0.5
@@ -144,7 +144,7 @@ class IntegratedFilter:
         self._constants[INSTALLED] = installation.values
         self._behind, self._present = Strapdown(initial), Strapdown(initial)
         self._behind_s = self._present_s = initial.time_s
-        self._motion, self._features = BodyMotion(), MotionFeatures()
+        self._motion, self._present_motion, self._features = BodyMotion(), BodyMotion(), MotionFeatures()
         self._imu: deque[ImuSample] = deque()
         self._waiting: dict[type[Measurement], deque[Measurement]] = {kind: deque() for kind in KINDS}
         self._transition, self._process = np.eye(ALL_STATES), np.zeros((ALL_STATES, ALL_STATES))
@@ -190,7 +190,10 @@ class IntegratedFilter:
     def advance(self, sample: ImuSample) -> Iterator[Innovation]:
         """Takes an IMU sample later than the one before; the innovations of the measurements that it brings within
         reach."""
+        interval_s = sample.time_s - self._present_s
         self._present_s = self._advance(self._present, self._present_s, sample)
+        if 0.0 < interval_s <= GAP_S:
+            self._present_motion.follow(self._present, sample.angular_rate_radps, interval_s)
         self._imu.append(sample)
         horizon_s = sample.time_s - self._horizon_s()
         while self._imu and self._imu[0].time_s <= horizon_s:
@@ -232,8 +235,11 @@ class IntegratedFilter:
         return sample.time_s
 
     def _horizon_s(self) -> float:
-        latest_s = max(0.0, self._constants[DVL_DELAY], self._constants[DEPTH_DELAY])
-        return min(latest_s + HORIZON_MARGIN_S, HORIZON_MAX_S) if latest_s > 0.0 else 0.0
+        latest_s = max(self._constants[state] + DELAYS * self._deviation(state) for state in (DVL_DELAY, DEPTH_DELAY))
+        return float(min(max(latest_s, 0.0), HORIZON_MAX_S))
+
+    def _deviation(self, state: int) -> float:
+        return float(np.sqrt(max(self._filter.P[state, state], 0.0)))
 
     def _step(self, sample: ImuSample) -> Iterator[Innovation]:
         interval_s = sample.time_s - self._behind_s
@@ -293,7 +299,16 @@ class IntegratedFilter:
         self._propagate()
         ahead_s = measurement.time_s - self._delay_s(type(measurement)) - self._behind_s
         constants = self._constants
-        moment = Moment(self._behind, self._motion, constants, ahead_s, self._caution())
+        moment = Moment(
+            self._behind,
+            self._motion,
+            constants,
+            ahead_s,
+            self._caution(),
+            *self._motion.unsteady(self._present_motion),
+            self._deviation(DVL_DELAY),
+            self._deviation(DEPTH_DELAY),
+        )
         comparison = self._compare(measurement, moment)
         features = None
         if isinstance(measurement, DvlSample):

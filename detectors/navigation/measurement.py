@@ -34,6 +34,7 @@ DVL_TURN_M = 0.15
 DVL_CHANGE_S = 0.1
 DEPTH_CHANGE_S = 0.15
 DEPTH_TURN_M = 0.5
+UNKNOWN_ARM_M = 0.5
 _DOWN = POSITION.stop - 1
 
 
@@ -59,6 +60,9 @@ class Moment(NamedTuple):
         constants: (N,) the estimated values of what is constant, in the places of their states; others are 0.
         ahead_s: how much later than these the sample was measured; a fraction of the IMU's interval.
         caution: factor of the noise in turns, 1 or more, while the mounting is not known yet.
+        unsteady_radps, unsteady_mps2: how far turn rate and acceleration, within the time that a delay is uncertain
+            by, are from what they are at this moment.
+        dvl_delay_error_s, depth_delay_error_s: standard deviations of the delays.
     """
 
     strapdown: Strapdown
@@ -66,6 +70,10 @@ class Moment(NamedTuple):
     constants: FloatArray
     ahead_s: float = 0.0
     caution: float = 1.0
+    unsteady_radps: float = 0.0
+    unsteady_mps2: float = 0.0
+    dvl_delay_error_s: float = 0.0
+    depth_delay_error_s: float = 0.0
 
 
 def compare_dvl(sample: DvlSample, moment: Moment, noise_mps: FloatArray) -> Comparison:
@@ -91,7 +99,10 @@ def compare_dvl(sample: DvlSample, moment: Moment, noise_mps: FloatArray) -> Com
     observation[:, MOUNTING] = _skew(at_place)
     observation[:, SCALE] = at_place
     observation[:, DVL_DELAY] = -change
-    rough = moment.caution**2 * (DVL_TURN_M**2 * (rate @ rate) + DVL_CHANGE_S**2 * (change @ change))
+    # what an unknown delay does to a motion that changes meanwhile is not in its derivative
+    unsteady_mps = moment.unsteady_mps2 + moment.unsteady_radps * float(np.linalg.norm(arm) + UNKNOWN_ARM_M)
+    unknown = (moment.dvl_delay_error_s * unsteady_mps) ** 2
+    rough = unknown + moment.caution**2 * (DVL_TURN_M**2 * (rate @ rate) + DVL_CHANGE_S**2 * (change @ change))
     return Comparison(np.array(sample.velocity_mps) - to_dvl @ at_place, observation, np.diag(noise_mps**2 + rough))
 
 
@@ -107,7 +118,8 @@ def compare_depth(sample: DepthSample, moment: Moment, noise_m: float) -> Compar
     observation[0, DEPTH_SENSOR] = 1.0
     observation[0, DEPTH_ARM] = bow_down
     observation[0, DEPTH_DELAY] = -sinking
-    rough = (DEPTH_CHANGE_S * sinking) ** 2 + (DEPTH_TURN_M * moment.motion.rate_radps[1]) ** 2
+    unknown = (moment.depth_delay_error_s**2 * moment.unsteady_mps2) ** 2
+    rough = unknown + (DEPTH_CHANGE_S * sinking) ** 2 + (DEPTH_TURN_M * moment.motion.rate_radps[1]) ** 2
     return Comparison(np.array([sample.depth_m - expected]), observation, np.array([[noise_m**2 + rough]]))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import exp
+from math import dist, exp
 
 from detectors.navigation.rotation import cross, rotate_back
 from detectors.navigation.sample import Vector
@@ -10,6 +10,8 @@ from detectors.navigation.strapdown import Strapdown
 
 # Thrusters shake the IMU; the DVL measures over about as long, too.
 SMOOTHING_S = 0.15
+# What lasts shorter than an unknown delay cannot be told from what comes later.
+LASTING_S = 1.0
 _STILL: Vector = (0.0, 0.0, 0.0)
 
 
@@ -19,13 +21,16 @@ class BodyMotion:
     Attributes:
         rate_radps: (3,) turn rate.
         acceleration_mps2: (3,) change per second of the velocity as the body sees it (not the specific force).
+        lasting_rate_radps, lasting_acceleration_mps2: (3,) the same, smoothed over a second.
     """
 
-    __slots__ = ("acceleration_mps2", "rate_radps")
+    __slots__ = ("acceleration_mps2", "lasting_acceleration_mps2", "lasting_rate_radps", "rate_radps")
 
     def __init__(self) -> None:
         self.rate_radps: Vector = _STILL
         self.acceleration_mps2: Vector = _STILL
+        self.lasting_rate_radps: Vector = _STILL
+        self.lasting_acceleration_mps2: Vector = _STILL
 
     def follow(self, strapdown: Strapdown, angular_rate_radps: Vector, interval_s: float) -> None:
         """After `strapdown` has advanced by a sample: (3,) angular rate as measured, `interval_s` since the last."""
@@ -38,6 +43,19 @@ class BodyMotion:
         change = rotate_back(strapdown.attitude, (north, east, down + gravity))
         change = _less(change, cross(rate, strapdown.body_velocity()))
         self.acceleration_mps2 = _mixed(self.acceleration_mps2, change, keep)
+        keep = exp(-interval_s / LASTING_S)
+        self.lasting_rate_radps = _mixed(self.lasting_rate_radps, rate, keep)
+        self.lasting_acceleration_mps2 = _mixed(self.lasting_acceleration_mps2, change, keep)
+
+    def unsteady(self, later: BodyMotion) -> tuple[float, float]:
+        """How much turn rate (rad/s) and acceleration (m/s2) differ from those of the second before, and of later."""
+        return (
+            max(dist(self.rate_radps, self.lasting_rate_radps), dist(self.rate_radps, later.rate_radps)),
+            max(
+                dist(self.acceleration_mps2, self.lasting_acceleration_mps2),
+                dist(self.acceleration_mps2, later.acceleration_mps2),
+            ),
+        )
 
 
 def _less(one: Vector, other: Vector) -> Vector:

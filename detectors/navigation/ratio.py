@@ -75,8 +75,6 @@ class Explanation:
         onset_s: when it began.
         size: (3,) of it, in the family's unit; of one component the first.
         size_now: (3,) of the sensor's error now, in its unit; a depth is the third. Not for a scale.
-        error: (N,) by which the filter's states are off because of it.
-        covariance: (N, N) of that error.
     """
 
     family: Family
@@ -84,8 +82,6 @@ class Explanation:
     onset_s: float
     size: Vector
     size_now: Vector
-    error: FloatArray
-    covariance: FloatArray
 
 
 class LikelihoodRatio:
@@ -141,6 +137,13 @@ class LikelihoodRatio:
                 best[family.sensor] = self._explanation(family, index, onset, ratio, sizes[onset, index])
         return sorted(best.values(), key=lambda one: -one.ratio)
 
+    def consequences(self, explanation: Explanation) -> tuple[FloatArray, FloatArray]:
+        """(N,) error of the filter's states because of a fault that was explained just now, and its covariance."""
+        onset, index = int(np.searchsorted(self._onsets_s, explanation.onset_s)), FAMILIES.index(explanation.family)
+        errors, size = self._errors[:, onset, index], np.array(explanation.size)
+        uncertain = np.linalg.inv(np.eye(3) / explanation.family.size**2 + self._information[onset, index])
+        return errors @ size, errors @ uncertain @ errors.T
+
     def _begin(self, time_s: float) -> None:
         if len(self._onsets_s) and time_s - self._onsets_s[-1] < ONSET_S:
             return
@@ -191,12 +194,9 @@ class LikelihoodRatio:
         inflated = np.eye(3) + prior * self._information
         sizes = np.linalg.solve(inflated, prior * self._correlation[..., np.newaxis])[..., 0]
         _, occam = np.linalg.slogdet(inflated)
-        ratios: FloatArray = (self._correlation * sizes).sum(axis=-1) - occam
-        return ratios, sizes
+        return np.asarray((self._correlation * sizes).sum(axis=-1) - occam), np.asarray(sizes)
 
     def _explanation(self, family: Family, index: int, onset: int, ratio: float, size: FloatArray) -> Explanation:
-        errors = self._errors[:, onset, index]
-        uncertain = np.linalg.inv(np.eye(3) / family.size**2 + self._information[onset, index])
         grown = size
         if family.kind is FaultKind.DRIFT:
             grown = size * (self._newest_s - float(self._onsets_s[onset]) + ONSET_S)
@@ -208,8 +208,6 @@ class LikelihoodRatio:
             float(self._onsets_s[onset]),
             _vector(size),
             _vector(np.roll(grown, 2) if family.sensor is Sensor.DEPTH else grown),
-            errors @ size,
-            errors @ uncertain @ errors.T,
         )
 
 
