@@ -14,6 +14,7 @@ torch = pytest.importorskip("torch", reason='training needs PyTorch: pip install
 from gateway.training.checkpoint import Checkpoint, CheckpointError, fingerprint  # noqa: E402
 from gateway.training.evaluation import evaluate  # noqa: E402
 from gateway.training.fit import Fitting, Training  # noqa: E402
+from gateway.training.leave_one_out import folds, settings_of  # noqa: E402
 from gateway.training.network import Batch, Network, Scaling  # noqa: E402
 
 QUICK = Hyperparameters(learning_rate=0.02, hidden=6, epochs=4)
@@ -191,3 +192,30 @@ def test_a_short_dive_beside_a_long_one_counts_only_as_long_as_it_is():
         outputs, _ = network(filled.inputs)
         alone, _ = network(Batch.of([short], *scales).inputs)
     torch.testing.assert_close(outputs[:1, :20], alone)
+
+
+def test_each_fold_is_trained_on_all_recordings_but_the_one_that_it_is_measured_on():
+    records = dives(4)
+    model = fitting(records, TrainingSettings(hyperparameters=QUICK, seed=6)).run()
+    made = list(folds(records, settings_of(model)))
+    assert [fold.left_out for fold in made] == [one.name for one in records]
+    for fold, left_out in zip(made, records, strict=True):
+        others = [other for other in records if other.name != fold.left_out]
+        alone = fitting(others, TrainingSettings(hyperparameters=QUICK, seed=6, validate=False)).run()
+        assert same(fold.model, alone)
+        assert fold.figures == evaluate(alone, [left_out])
+        assert left_out.name not in fold.model.provenance["recordings"]
+
+
+def test_folds_want_recordings_that_can_be_told_apart():
+    settings = TrainingSettings(hyperparameters=QUICK)
+    with pytest.raises(ValueError, match="recordings dive 0: want two or more"):
+        list(folds(dives(1), settings))
+    with pytest.raises(ValueError, match="each with a name of its own"):
+        list(folds([record("dive"), record("dive")], settings))
+
+
+def test_a_model_that_does_not_tell_its_hyperparameters_gives_no_settings():
+    model = fitting(dives(), TrainingSettings(hyperparameters=QUICK, validate=False)).run()
+    with pytest.raises(ValueError, match="does not say what it was made with"):
+        settings_of(replace(model, provenance={}))

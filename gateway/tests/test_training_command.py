@@ -68,13 +68,13 @@ def test_a_dive_that_is_too_short_is_named():
         innovations(at_rest(0, seconds=4.0, reference=False))
 
 
-def trained(*arguments):
+def trained(*arguments, command="navigation"):
     pytest.importorskip("torch", reason='training needs PyTorch: pip install ".[train]"', exc_type=ImportError)
-    return called(*arguments)
+    return called(*arguments, command=command)
 
 
-def called(*arguments):
-    result = CliRunner().invoke(main, ["train", "navigation", *map(str, arguments)])
+def called(*arguments, command="navigation"):
+    result = CliRunner().invoke(main, ["train", command, *map(str, arguments)])
     assert result.exception is None or isinstance(result.exception, SystemExit)
     return result.exit_code, result.output
 
@@ -118,6 +118,22 @@ def test_stopped_by_ctrl_c_the_same_command_goes_on(tmp_path, recordings, monkey
     whole, resumed = (Predictor.load(tmp_path / name).model for name in ("whole.npz", "model.npz"))
     np.testing.assert_array_equal(whole.gate_weights, resumed.gate_weights)
     np.testing.assert_array_equal(whole.output_bias, resumed.output_bias)
+
+
+def test_leaves_one_out_with_the_hyperparameters_of_a_model(tmp_path, recordings):
+    path, folder = tmp_path / "model.npz", tmp_path / "folds"
+    trained(*recordings, "--out", path, *QUICK)
+    code, text = trained(path, *recordings, "--out", folder, command="leave-one-out")
+    assert code == 0, text
+    assert [line.split()[1] for line in text.splitlines() if " / " in line and "│" in line] == [
+        "dive_0",
+        "dive_1",
+        "all",
+    ]
+    models = {one.stem: Predictor.load(one).model for one in folder.glob("*.npz")}
+    assert models.keys() == {"dive_0", "dive_1"}
+    assert models["dive_0"].provenance["recordings"] == ["dive_1"]
+    assert models["dive_0"].hidden == 4
 
 
 def test_what_was_begun_with_other_settings_is_not_gone_on_with(tmp_path, recordings):

@@ -13,6 +13,7 @@ from typing import Any
 
 import click
 
+from detectors.navigation.lstm import read_model
 from gateway import navigation_data
 from gateway.navigation_data import read_navigation_data
 from gateway.training.settings import Hyperparameters, Search, TrainingSettings
@@ -76,6 +77,20 @@ def navigation(
         _train(data, out, settings, resume)
 
 
+@train.command(short_help="Train models that each have not seen one dive.")
+@click.argument("model", type=click.Path(path_type=Path, exists=True, dir_okay=False))
+@click.argument("data", nargs=-1, required=True, type=click.Path(path_type=Path, exists=True, dir_okay=False))
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False), required=True, help="Folder for the models.")
+def leave_one_out(model: Path, data: tuple[Path, ...], out: Path) -> None:
+    """Train models as MODEL was, each on all dives but one, and measure them on that one.
+
+    That is what can be expected of MODEL in dives to come. The models go to the folder under the names of the dives
+    that they have not seen; gateway bench navigation takes them from there.
+    """
+    with _said():
+        _leave_one_out(model, data, out)
+
+
 def _hyperparameters(hidden: int | None, learning_rate: float | None, epochs: int | None) -> Hyperparameters | None:
     if hidden is not None and learning_rate is not None and epochs is not None:
         return Hyperparameters(learning_rate=learning_rate, hidden=hidden, epochs=epochs)
@@ -117,6 +132,23 @@ def _train(paths: Sequence[Path], out: Path, settings: TrainingSettings, resume:
     replace(model, provenance={**_about(paths), **model.provenance}).save(out)
     checkpoint.remove()
     print_summary(model, out)
+
+
+def _leave_one_out(path: Path, paths: Sequence[Path], out: Path) -> None:
+    from gateway.training.display import Display, print_folds
+    from gateway.training.innovations import innovations
+    from gateway.training.leave_one_out import folds, settings_of
+
+    settings = settings_of(read_model(path))
+    dives = [read_navigation_data(one) for one in paths]
+    out.mkdir(parents=True, exist_ok=True)
+    made = []
+    with Display() as display:
+        records = [innovations(dive) for dive in display.track(dives, len(dives), "filter")]
+        for fold in display.track(folds(records, settings), len(records), "models"):
+            fold.model.save(out / f"{fold.left_out}.npz")
+            made.append(fold)
+    print_folds(made)
 
 
 def _about(paths: Sequence[Path]) -> dict[str, Any]:
