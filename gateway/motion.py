@@ -35,7 +35,7 @@ from gateway.source_choice import SourceChoice
 
 HOLD_S = 0.1
 WAITING_S = 2.0  # without inertial samples, all else waits in vain
-ATTITUDE_PERIOD_S = 0.2
+ATTITUDE_PERIOD_S = 1.0  # a compass errs for tens of seconds: more often is not more
 GLOBAL_FIX_PERIOD_S = 1.0
 
 STANDARD_GRAVITY_MPS2 = 9.80665

@@ -18,8 +18,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from detectors.navigation import NavigationConfig, NavigationState
-from detectors.navigation.installation import Installation
+from detectors.navigation.detector import NavigationDetector
 from detectors.speed import SpeedDetector
 from detectors.thruster import ThrusterDetector
 from detectors.verdict import Level
@@ -36,7 +35,6 @@ from gateway.channel import Aligned, Channel, Judgement, Learnt, Source
 from gateway.config import Config
 from gateway.navigation_channel import NavigationChannel
 from gateway.rules import CONFLICT, autopilots_observation, observations, silence_watch, supervisor
-from gateway.sensor_watch import Detector as NavigationDetecting
 from gateway.sensor_watch import NavigationFactory
 from gateway.speed_channel import SpeedChannel, SpeedFactory
 from gateway.supervisor import Action
@@ -44,14 +42,6 @@ from gateway.thruster_channel import ThrusterChannel, ThrusterFactory
 from gateway.timeline import Timeline
 
 Outcome = Judgement | Action
-
-
-def _navigation(
-    config: NavigationConfig, initial: NavigationState, installation: Installation | None
-) -> NavigationDetecting:
-    from detectors.navigation.detector import NavigationDetector
-
-    return NavigationDetector(config, initial, installation)
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +57,7 @@ class Factories:
 
     thruster: ThrusterFactory = ThrusterDetector
     speed: SpeedFactory = SpeedDetector
-    navigation: NavigationFactory = _navigation
+    navigation: NavigationFactory = NavigationDetector
 
 
 @dataclass(frozen=True, slots=True)

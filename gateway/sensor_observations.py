@@ -28,6 +28,8 @@ UNITS: Mapping[Sensor, str] = {
     Sensor.GYROSCOPE: "deg/s",
     Sensor.ACCELEROMETER: "m/s/s",
 }
+# More of them than this have no room in a text by their full names.
+FULL_WORDS = 3
 # Names of the axes, forward, right, down: of a positive and of a negative error.
 _ALONG = (("forward", "backward"), ("right", "left"), ("down", "up"))
 _ABOUT = ("roll", "pitch", "yaw")
@@ -63,10 +65,21 @@ def _whole(judgement: NavigationJudgement) -> Observation:
         label="Nav",
         level=Level.NORMAL if blamed else verdict.level,
         score=nan if blamed else verdict.score,
-        trouble=verdict.reason or "abnormal",
+        trouble=_either(verdict.reason),
         details=(verdict.reason,) if verdict.level is Level.UNKNOWN and verdict.reason else (),
         colon=True,
     )
+
+
+def _either(reason: str) -> str:
+    """Which sensors it could be, e.g. `DVL or accelerometer off`, of a reason such as `dvl or accelerometer`."""
+    names = reason.split(" or ")
+    if not set(names) <= set(Sensor):
+        return reason or "abnormal"
+    words = [LABELS[Sensor(name)] if name == Sensor.DVL else name for name in names]
+    if len(words) > FULL_WORDS:
+        words = [LABELS[Sensor(name)] for name in names]
+    return f"{' or '.join(words)} off"
 
 
 def trouble(verdict: SensorVerdict, measured: float | None = None) -> str:

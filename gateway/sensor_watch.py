@@ -29,8 +29,8 @@ from gateway.channel import NavigationJudgement
 from gateway.config_sections import Navigation
 from gateway.local_frame import LocalFrame
 
-# After this the filter's state is worth less than a new one.
-GAP_S = 1.0
+# Over shorter gaps of the inertial unit the detector goes on, and doubts what it knows the more the longer they are.
+GAP_S = 5.0
 # Slower than this, an inertial unit misses the motion of a vehicle between its samples.
 RATE_MIN_HZ = 8.0
 # of the mean interval between inertial samples: some twenty of them
@@ -44,9 +44,12 @@ Place = tuple[float, float]
 
 
 class Detector(Protocol):
-    """What the pipeline needs of a navigation detector. `refused`: samples that were not used, by cause."""
+    """What the pipeline needs of a navigation detector."""
 
-    refused: Counter[str]
+    @property
+    def refused(self) -> Counter[str]:
+        """Samples that were not used, by cause."""
+        ...
 
     @property
     def installation(self) -> Installation:

@@ -111,7 +111,7 @@ class BodyVelocities:
     def _came_twice(self, source: str, velocity: Vector, time_s: float, interval_s: float) -> bool:
         """Without a time, the same again sooner than it can have been measured came by another route."""
         before_s, before = self._newest.get(source, (-INTERVAL_MAX_US, None))
-        twin = velocity == before and time_s - before_s < interval_s / 2.0
+        twin = velocity == before and time_s - before_s < interval_s / 4.0
         if twin:
             self._drops["repeated"] += 1
         else:
