@@ -42,6 +42,8 @@ SETTLING_S, SETTLING_SAMPLES, SETTLED_MPS = 20.0, 10, 0.25
 SUSPECT_SHARE = 0.7
 # A sensor on probation is suspected sooner.
 PROBATION_SHARE = 0.5
+# Without any innovation, verdicts are looked at again so often: sensors may have fallen silent.
+CONCLUSION_S = 1.0
 # An inertial sensor's jump is over when the bias is back within this share of it.
 RECOVERED = 0.3
 
@@ -85,7 +87,7 @@ class NavigationDetector:
         self._suspicions: list[Suspicion] = []
         self._doubtful: tuple[Sensor, ...] = ()
         self._innovation = (nan, nan, nan, nan)
-        self._time_s = self._began_s = initial.time_s
+        self._time_s = self._began_s = self._concluded_s = initial.time_s
         self._settled = False
         self._dvl_samples = 0
         self._sensors: tuple[SensorVerdict, ...] = ()
@@ -113,6 +115,8 @@ class NavigationDetector:
                     self._conclude()
             else:
                 self._filter.measure(sample)
+            if self._time_s - self._concluded_s > CONCLUSION_S:
+                self._conclude()
         return self._verdict()
 
     def accept(self) -> None:
@@ -125,7 +129,8 @@ class NavigationDetector:
     def _judge(self, innovation: Innovation) -> None:
         """One innovation, by all methods; then what follows from them."""
         sensor = _sensor(innovation)
-        self._ratio.update(innovation, counts=sensor not in self._isolated)
+        # fixes and headings err for long in the same way: no evidence against others
+        self._ratio.update(innovation, counts=sensor is not None and sensor not in self._isolated)
         self._examine(innovation, sensor)
         if sensor is None:
             return
@@ -241,6 +246,7 @@ class NavigationDetector:
 
     def _conclude(self) -> None:
         """The verdict on each sensor, and on all of them."""
+        self._concluded_s = self._time_s
         self._sensors = tuple(self._sensor_verdicts())
         worst = max((one.score for one in self._sensors), default=0.0)
         self._level = max((one.level for one in self._sensors), default=Level.UNKNOWN)
@@ -278,15 +284,20 @@ class NavigationDetector:
         return SensorVerdict(sensor, level, score, suspicion.kind, suspicion.size, suspicion.rate)
 
     def _silent(self, sensor: Sensor) -> bool:
-        kind = MEASURED.get(sensor, DvlSample)  # without the DVL nothing shows what the inertial sensors do
-        return not self._admission.heard(kind) or self._admission.silent(kind, self._time_s)
+        """Not heard, or not to be judged without another that is not heard: the inertial sensors without the DVL, and
+        all without the inertial ones."""
+        kinds = (ImuSample, MEASURED.get(sensor, DvlSample))
+        return any(not self._admission.heard(one) or self._admission.silent(one, self._time_s) for one in kinds)
 
     def _reasons(self) -> str:
         if self._doubtful:
             return " or ".join(self._doubtful)
         if not self._settled:
             return "finding out how the sensors are mounted" if self._dvl_samples else "no sample of the DVL yet"
-        return ", ".join(f"{one.sensor} {one.kind}" for one in self._sensors if one.kind is not None)
+        troubles = [f"{one.sensor} {one.kind}" for one in self._sensors if one.kind is not None]
+        kinds: list[tuple[str, type[NavigationSample]]] = [("imu", ImuSample), *MEASURED.items()]
+        silent = [f"{name} silent" for name, kind in kinds if self._admission.silent(kind, self._time_s)]
+        return ", ".join(troubles + silent)
 
     def _verdict(self) -> NavigationVerdict:
         return NavigationVerdict(

@@ -1,7 +1,7 @@
 """How the sensors are mounted: ten constants behind the paper's sixteen states, learnt while driving.
 
-On real vehicles these, not the sensors, make most of the innovations in turns: on AUV Snapir the DVL's stamps are half a
-second ahead of the IMU's and the depth is that of a place 1.5 m ahead of it.
+On real vehicles these, not the sensors, make most of the innovations in turns: on AUV Snapir the DVL's stamps are
+half a second ahead of the IMU's, and the depth is that of a place 1.5 m ahead of it.
 """
 
 from __future__ import annotations

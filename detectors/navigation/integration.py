@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from detectors.navigation.config import NavigationConfig
 from detectors.navigation.error_model import (
+    ACCELEROMETER_BIAS,
     ATTITUDE,
     DEPTH_SENSOR,
     POSITION,
@@ -72,10 +73,12 @@ GAP_TURN_RADPS, GAP_ACCELERATION_MPS2 = 0.3, 0.5
 # seconds of turning (at `TURNING_RADPS`, or less at more) have been seen.
 CAUTION, CAUTION_S, TURNING_RADPS = 4.0, 15.0, 0.1
 STRAIGHT_RADPS, STRAIGHT_MPS2 = 0.05, 0.15
-# A single sample farther off than this (squared, in standard deviations, for each component) does not move the filter.
+# A single sample farther off than this does not move the filter: squared standard deviations, for each component.
 OUTLIER = 9.0
 # After so many in a row it is not the sample that is off.
 OUTLIERS_MAX = 5
+# Headings of another system err for long in the same way: more of them say no more.
+HEADING_S = 1.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -151,6 +154,8 @@ class IntegratedFilter:
         self._unpropagated_s = 0.0
         self._force = np.zeros(3)
         self._turned_s = 0.0
+        self._heading_s = -inf
+        self._located = False
         self._outliers: Counter[type[Measurement]] = Counter()
         self._dvl_noise = NoiseLevel(np.full(3, config.dvl_noise_mps))
 
@@ -181,6 +186,10 @@ class IntegratedFilter:
 
     def measure(self, sample: Measurement) -> None:
         """Keeps a measurement until the IMU has come to its instant."""
+        if isinstance(sample, AttitudeSample):
+            if sample.time_s - self._heading_s < HEADING_S:
+                return
+            self._heading_s = sample.time_s
         waiting = self._waiting[type(sample)]
         if len(waiting) == WAITING_MAX:
             waiting.popleft()
@@ -324,9 +333,35 @@ class IntegratedFilter:
             case DepthSample():
                 return compare_depth(measurement, moment, self._config.depth_noise_m)
             case FixSample():
-                return compare_fix(measurement, moment, self._config.fix_noise_m)
+                comparison = compare_fix(measurement, moment, self._config.fix_noise_m)
+                if self._lost(comparison):
+                    self._locate(measurement)
+                    return compare_fix(measurement, moment, self._config.fix_noise_m)
+                return comparison
             case AttitudeSample():
                 return compare_heading(measurement, moment, self._config.heading_noise_rad)
+
+    def _lost(self, comparison: Comparison) -> bool:
+        """The first fix, or many in a row, are somewhere else."""
+        believed = not self._located or self._outliers[FixSample] >= OUTLIERS_MAX
+        self._located = True
+        innovation, observation, noise = comparison
+        covariance = observation @ self._filter.P @ observation.T + noise
+        return believed and float(innovation @ np.linalg.solve(covariance, innovation)) > OUTLIER * len(innovation)
+
+    def _locate(self, fix: FixSample) -> None:
+        """Goes on from a fix: a way so long would make nonsense of all that is correlated with the position. Gravity
+        may be another there, which has gone into the bias of the accelerometer."""
+        for strapdown in (self._behind, self._present):
+            strapdown.locate(fix.latitude_rad, fix.longitude_rad)
+        covariance = self._filter.P.copy()
+        horizontal = slice(POSITION.start, POSITION.stop - 1)
+        covariance[horizontal, :], covariance[:, horizontal] = 0.0, 0.0
+        covariance[horizontal, horizontal] = self._config.fix_noise_m**2 * np.eye(2)
+        self._filter.P = covariance
+        variances = np.zeros(ALL_STATES)
+        variances[ACCELEROMETER_BIAS] = self._config.accelerometer_bias_mps2**2
+        self.loosen(variances)
 
     def _learn_noise(self, level: NoiseLevel, innovation: FloatArray) -> None:
         rate, change = hypot(*self._motion.rate_radps), hypot(*self._motion.acceleration_mps2)

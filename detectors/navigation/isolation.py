@@ -19,6 +19,8 @@ CONTRADICTS = 9.0
 LEAST_SAMPLES = 5
 # Times that an isolated sensor begins to contradict again: it comes and goes.
 COMES_AND_GOES = 2
+# It had gone if the error was less than this share of what it was; more only agrees with dead reckoning's doubt.
+CAME_BACK = 0.3
 # How its error is followed: seconds that a line through it needs, samples that it has at most, and how much of it
 # must be slope to be a drift.
 LINE_S, LINE_SAMPLES = 4.0, 64
@@ -28,8 +30,8 @@ DRIFTS = 0.6
 class Probation:
     """What the filter would know if it used the isolated sensor again, since some instant.
 
-    Alone, a sample says little: dead reckoning grows so uncertain that nearly everything agrees with it. Used again, a
-    sensor that still drifts betrays itself within seconds.
+    Alone, a sample says little: dead reckoning grows so uncertain that nearly everything agrees with it. Used again,
+    a sensor that still drifts betrays itself within seconds.
 
     Args:
         sensor: on probation.
@@ -47,8 +49,11 @@ class Probation:
         self._ratio = LikelihoodRatio()
 
     def update(self, innovation: Innovation, *, isolated: bool) -> float:
-        """Takes an innovation, of the sensor on probation (`isolated`) or another; how much it contradicts, as squared
-        standard deviations for each component."""
+        """Takes an innovation, of the sensor on probation (`isolated`) or another.
+
+        Returns:
+            How much it contradicts: squared standard deviations for each component.
+        """
         transition, observation = innovation.transition, innovation.observation
         self.error = transition @ self.error
         self.covariance = transition @ self.covariance @ transition.T + innovation.process
@@ -90,7 +95,7 @@ class Isolation:
         self.probation: Probation | None = None
         self._sensor = sensor
         self._agrees_since_s = inf
-        self._relapses = 0
+        self._relapses, self._came_back = 0, False
         self._line: list[tuple[float, FloatArray]] = []
 
     def update(self, innovation: Innovation, filtered: FloatArray, *, own: bool, sound: bool, limit: float) -> None:
@@ -108,12 +113,13 @@ class Isolation:
         if self.probation is not None:
             off = self.probation.update(innovation, isolated=own)
             if own and (not sound or off > CONTRADICTS or self.probation.doubt() > limit):
-                self._relapses += 1
+                self._relapses += self._came_back
                 self.probation, self._agrees_since_s = None, inf
                 if self._relapses >= COMES_AND_GOES and self.kind is FaultKind.STEP:
                     self.kind = FaultKind.INTERMITTENT
         elif own and sound and innovation.squared < CONTRADICTS * len(innovation.values):
             self.probation = Probation(self._sensor, filtered)
+            self._came_back = bool(np.linalg.norm(innovation.values) < CAME_BACK * np.linalg.norm(self.size))
             self._agrees_since_s = innovation.time_s
 
     def healed(self, time_s: float, healthy_s: float) -> bool:

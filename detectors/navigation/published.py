@@ -1,4 +1,4 @@
-"""The statistics of paper 003 on the filter's innovations: chi-square, amplified cumulative residual, learnt predictor.
+"""Paper 003's statistics on the filter's innovations: chi-square, amplified cumulative residual, learnt predictor.
 
 Its equations 10 to 14 are lost in the text that we have; the reading is: with r the size of a residual and beta just
 above the healthy one, x = r - beta. While x <= 0 the statistic is x and the count n is 1; else
@@ -134,7 +134,7 @@ class LearntPredictor:
         self._predictor = predictor
 
     def judge(self, residual: Residual) -> Score:
-        """See `Method`. Without an inertial sample since the last residual nothing is predicted, and the score is 0."""
+        """See `Method`. Without an inertial sample since the last residual nothing is predicted: 0."""
         if residual.features is None:
             return Score(0.0, Sensor.DVL)
         predicted, variance = self._predictor.step(residual.features)

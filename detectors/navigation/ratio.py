@@ -1,10 +1,10 @@
 """Generalised likelihood ratio: which fault, since when and how large, explains the innovations best.
 
 A fault that begins at some instant leaves a trace in all innovations after it, and the filter, which takes it in,
-changes that trace in a way that its own matrices tell exactly (Willsky and Jones 1976). So for each fault that a sensor
-can have, and each instant of the last minute, the size that fits best follows by least squares, and how much more
-likely it makes what was measured than no fault does. A drift that the filter absorbs into tilt and bias is found by
-what it does to them.
+changes that trace in a way that its own matrices tell exactly (Willsky and Jones 1976). So for each fault that a
+sensor can have, and each instant of the last minute, the size that fits best follows by least squares, and how much
+more likely it makes what was measured than no fault does. A drift that the filter absorbs into tilt and bias is found
+by what it does to them.
 
 Sizes have a prior, for their plausible range: a drift of 0.04 m/s in a second is a DVL's, a jump of 0.5 m/s2 an
 accelerometer's, although both bend the same curve. With it the ratio is that of the marginal likelihoods, in which
@@ -31,7 +31,9 @@ RECENT_S, LONGEST_S = 20.0, 60.0
 SPARSE = 3
 # One sample can be off without anything being broken: its squared size in standard deviations counts only so far, at
 # one sample a second, and less where they come faster.
-SAMPLE_LIMIT, SAMPLE_LIMIT_RATE = (3.0, 16.0), 32.0
+SAMPLE_LIMIT, SAMPLE_LIMIT_RATE = (3.0, 18.0), 32.0
+# On a straight course a wrong scale looks like an offset; it is called so only where it explains much more.
+SCALE_RARER = 8.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +85,11 @@ class Explanation:
     size: Vector
     size_now: Vector
 
+    @property
+    def weight(self) -> float:
+        """The ratio, less what speaks against this kind before anything is measured."""
+        return self.ratio - SCALE_RARER * (self.family.kind is FaultKind.SCALE)
+
 
 class LikelihoodRatio:
     """All faults at all instants, followed through the filter at once. Picklable, bit for bit."""
@@ -132,9 +139,9 @@ class LikelihoodRatio:
         best: dict[Sensor, Explanation] = {}
         for index, family in enumerate(FAMILIES):
             onset = int(np.argmax(ratios[:, index]))
-            ratio = float(ratios[onset, index])
-            if family.sensor not in best or ratio > best[family.sensor].ratio:
-                best[family.sensor] = self._explanation(family, index, onset, ratio, sizes[onset, index])
+            one = self._explanation(family, index, onset, float(ratios[onset, index]), sizes[onset, index])
+            if family.sensor not in best or one.weight > best[family.sensor].weight:
+                best[family.sensor] = one
         return sorted(best.values(), key=lambda one: -one.ratio)
 
     def consequences(self, explanation: Explanation) -> tuple[FloatArray, FloatArray]:

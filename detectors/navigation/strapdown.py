@@ -139,6 +139,11 @@ class Strapdown:
         self._last_interval_s = inf
         self._refresh()
 
+    def locate(self, latitude_rad: float, longitude_rad: float) -> None:
+        """Goes on from another place of the same depth."""
+        self.latitude_rad, self.longitude_rad = latitude_rad, remainder(longitude_rad, 2.0 * pi)
+        self._refresh()
+
     def state(self, time_s: float) -> NavigationState:
         """Where the vehicle is now, which is `time_s` as the caller knows."""
         return NavigationState(
