@@ -155,6 +155,7 @@ class IntegratedFilter:
         self._force = np.zeros(3)
         self._turned_s = 0.0
         self._heading_s = -inf
+        self._last_s: dict[type[Measurement], float] = {}
         self._located = False
         self._outliers: Counter[type[Measurement]] = Counter()
         self._dvl_noise = NoiseLevel(np.full(3, config.dvl_noise_mps))
@@ -179,6 +180,11 @@ class IntegratedFilter:
     def strapdown(self) -> Strapdown:
         """The system that measurements are compared with: some time ago."""
         return self._behind
+
+    @property
+    def acquainted(self) -> bool:
+        """It has seen enough turns to know how the sensors are mounted."""
+        return self._turned_s >= CAUTION_S
 
     def state(self, time_s: float) -> NavigationState:
         """Where the vehicle is now."""
@@ -313,6 +319,7 @@ class IntegratedFilter:
             self._motion,
             constants,
             ahead_s,
+            self._interval_s(measurement),
             self._caution(),
             *self._motion.unsteady(self._present_motion),
             self._deviation(DVL_DELAY),
@@ -323,6 +330,12 @@ class IntegratedFilter:
         if isinstance(measurement, DvlSample):
             features = self._features.take(self._behind.body_velocity(), self._behind.attitude)
         return self._fuse(measurement, comparison, features)
+
+    def _interval_s(self, measurement: Measurement) -> float:
+        """Since the last measurement of its kind; 1 s for the first."""
+        last_s = self._last_s.get(type(measurement), measurement.time_s - 1.0)
+        self._last_s[type(measurement)] = measurement.time_s
+        return measurement.time_s - last_s
 
     def _compare(self, measurement: Measurement, moment: Moment) -> Comparison:
         match measurement:

@@ -35,6 +35,8 @@ DVL_CHANGE_S = 0.1
 DEPTH_CHANGE_S = 0.15
 DEPTH_TURN_M = 0.5
 UNKNOWN_ARM_M = 0.5
+# That noise lasts: more samples of the same second say no more.
+ROUGH_S = 1.0
 _DOWN = POSITION.stop - 1
 
 
@@ -59,6 +61,7 @@ class Moment(NamedTuple):
         strapdown, motion: of the vehicle.
         constants: (N,) the estimated values of what is constant, in the places of their states; others are 0.
         ahead_s: how much later than these the sample was measured; a fraction of the IMU's interval.
+        interval_s: since the sample of this sensor before.
         caution: factor of the noise in turns, 1 or more, while the mounting is not known yet.
         unsteady_radps, unsteady_mps2: how far turn rate and acceleration, within the time that a delay is uncertain
             by, are from what they are at this moment.
@@ -69,6 +72,7 @@ class Moment(NamedTuple):
     motion: BodyMotion
     constants: FloatArray
     ahead_s: float = 0.0
+    interval_s: float = 1.0
     caution: float = 1.0
     unsteady_radps: float = 0.0
     unsteady_mps2: float = 0.0
@@ -103,6 +107,7 @@ def compare_dvl(sample: DvlSample, moment: Moment, noise_mps: FloatArray) -> Com
     unsteady_mps = moment.unsteady_mps2 + moment.unsteady_radps * float(np.linalg.norm(arm) + UNKNOWN_ARM_M)
     unknown = (moment.dvl_delay_error_s * unsteady_mps) ** 2
     rough = unknown + moment.caution**2 * (DVL_TURN_M**2 * (rate @ rate) + DVL_CHANGE_S**2 * (change @ change))
+    rough *= _repeated(moment)
     return Comparison(np.array(sample.velocity_mps) - to_dvl @ at_place, observation, np.diag(noise_mps**2 + rough))
 
 
@@ -120,6 +125,7 @@ def compare_depth(sample: DepthSample, moment: Moment, noise_m: float) -> Compar
     observation[0, DEPTH_DELAY] = -sinking
     unknown = (moment.depth_delay_error_s**2 * moment.unsteady_mps2) ** 2
     rough = unknown + (DEPTH_CHANGE_S * sinking) ** 2 + (DEPTH_TURN_M * moment.motion.rate_radps[1]) ** 2
+    rough *= _repeated(moment)
     return Comparison(np.array([sample.depth_m - expected]), observation, np.array([[noise_m**2 + rough]]))
 
 
@@ -143,6 +149,11 @@ def compare_heading(sample: AttitudeSample, moment: Moment, noise_rad: float) ->
     observation[0, ATTITUDE] = -down * north / level**2, -down * east / level**2, 1.0
     off_rad = remainder(sample.attitude_rad[2] - atan2(east, north), 2.0 * pi)
     return Comparison(np.array([off_rad]), observation, np.array([[(noise_rad / level) ** 2]]))
+
+
+def _repeated(moment: Moment) -> float:
+    """How many samples say the same of what lasts."""
+    return max(1.0, ROUGH_S / max(moment.interval_s, 0.02))
 
 
 def _skew(vector: FloatArray) -> FloatArray:
