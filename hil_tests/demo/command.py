@@ -8,7 +8,7 @@ import logging
 import signal
 import socket
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from math import nan
 from pathlib import Path
 
@@ -16,37 +16,37 @@ import click
 from rich.console import Console
 
 from drivers.clock import Clock
-from gateway.channel import SpeedJudgement, ThrusterJudgement
+from gateway.channel import NavigationJudgement, SpeedJudgement, ThrusterJudgement
 from gateway.pipeline import Outcome
 from gateway.run import run
 from gateway.summary import Summary as GatewaySummary
 from hil_tests.demo.configuration import write_config
 from hil_tests.demo.display import Display, LiveDisplay, PlainDisplay, View, closing_table
+from hil_tests.demo.pictures import FILES, draw_pictures, estimated_tracks
 from hil_tests.demo.plan import COURSE, ENTANGLED, Plan, plan
-from hil_tests.demo.plot import draw
-from hil_tests.demo.record import Judged, JudgedSpeed, Recording, Truth, happenings
-from hil_tests.demo.speed_plot import SpeedStory, draw_speed
+from hil_tests.demo.record import Judged, JudgedNavigation, JudgedSpeed, Recording, Truth, happenings
 from hil_tests.demo.summary import Summary, summarize
-from hil_tests.rig.embedded import EmbeddedVehicle
+from hil_tests.demo.tracks import Track
+from hil_tests.rig.embedded import EmbeddedVehicle, Moment
 from hil_tests.rig.pilot import SURVEYING
 
 CHANNEL = "gateway-demo"
 FRAMES_PER_SECOND = 4
-PLOT_FILE = "demo.png"
-SPEED_PLOT_FILE = "speed.png"
 LOG_FILE = "gateway.log"
 
 
 @click.command(short_help="Show the gateway at work on a simulated vehicle.")
-@click.option("--seconds", type=click.FloatRange(min=5.0), default=85.0, show_default=True, help="How long it lasts.")
+@click.option(
+    "--seconds", type=click.FloatRange(min=5.0), default=110.0, show_default=True, help="How long it lasts."
+)
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), default=Path("out/demo"), show_default=True,
               help="Folder for plots, findings and configuration.")  # fmt: skip
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Of pilot and noise.")
 @click.option("--fault-at", type=click.FloatRange(min=0.0), help="Second at which weeds catch thruster 3.")
 @click.option("--plain", is_flag=True, help="Lines of text instead of a live table.")
 def demo(seconds: float, out: Path, seed: int, fault_at: float | None, plain: bool) -> None:
-    """Show the gateway at work on a simulated vehicle: weeds in thruster 3, a current, and then a net on the hull
-    that halves the speed; and how the autopilot is told of weeds and net, but not of the current.
+    """Show the gateway at work on a simulated vehicle: weeds in thruster 3, a current, a net on the hull that halves
+    the speed, and a DVL that drifts; and how the autopilot is told of all but the current.
 
     Exit code 0: what went wrong was found and there was no false alarm; else 1.
     """
@@ -71,7 +71,7 @@ class Demonstration:
     """
 
     def __init__(self, folder: Path, script: Plan, seed: int) -> None:
-        self.plots = folder / PLOT_FILE, folder / SPEED_PLOT_FILE
+        self.plots = [folder / name for name in FILES]
         self._folder = folder
         self._plan = script
         self._clock = Clock()
@@ -97,37 +97,21 @@ class Demonstration:
         with _logging_to(self._folder / LOG_FILE), self._vehicle, display:
             watched = asyncio.run(self._drive(display))
         lasted_s = time.monotonic() - began_s
+        load = (time.process_time() - used_s) / lasted_s
+        moments, drift_s = self._vehicle.moments, self.start_s + self._plan.drift_s
+        tracks = estimated_tracks(self._config, self._recording, moments, drift_s)
         summary = summarize(
             self._recording,
             self._vehicle.notes,
             self._truth(),
             lasted_s=lasted_s,
             counts=self._recording.counts() | _counts(watched),
-            load=(time.process_time() - used_s) / lasted_s,
+            load=load,
             left_out=self._plan.left_out(),
+            position_errors_m=_last_errors_m(tracks, moments) if lasted_s > self._plan.drift_s else (nan, nan),
         )
-        self._draw(summary)
+        draw_pictures(self._folder, self._plan, summary, self._recording, moments, tracks, self.start_s)
         return summary
-
-    def _draw(self, summary: Summary) -> None:
-        weeds, *net = summary.found
-        draw(
-            self.plots[0],
-            self._recording.judged.get(ENTANGLED, []),
-            weeds,
-            start_s=self.start_s,
-            lasted_s=summary.lasted_s,
-            freed_s=self._plan.freed_s,
-        )
-        story = SpeedStory(
-            moments=self._vehicle.moments,
-            history=self._recording.speed,
-            found=next(iter(net), None),
-            start_s=self.start_s,
-            lasted_s=summary.lasted_s,
-            current_s=self._plan.current_s,
-        )
-        draw_speed(self.plots[1], story)
 
     async def _drive(self, display: Display) -> GatewaySummary:
         stop = asyncio.Event()
@@ -145,6 +129,8 @@ class Demonstration:
                 self._recording.add(number, Judged(sample, verdict), self._clock.now())
             case SpeedJudgement(pose, speed_verdict):
                 self._recording.add_speed(JudgedSpeed(pose, speed_verdict), self._clock.now())
+            case NavigationJudgement(measured, navigation_verdict):
+                self._recording.add_navigation(JudgedNavigation(measured, navigation_verdict), self._clock.now())
 
     async def _show(self, display: Display, stop: asyncio.Event) -> None:
         while not stop.is_set() and (since_s := self._clock.now() - self.start_s) < self._plan.seconds:
@@ -163,6 +149,7 @@ class Demonstration:
             voltage_v=self._vehicle.vehicle.battery.voltage_v,
             judged=self._recording.latest(),
             speed=self._recording.speed[-1] if self._recording.speed else None,
+            navigation=self._recording.navigation[-1] if self._recording.navigation else None,
             happenings=happenings(self._vehicle.notes, self._truth(), self.start_s + since_s),
         )
 
@@ -197,6 +184,12 @@ def _stopping_on_interrupt(stop: asyncio.Event) -> Iterator[None]:
         yield
     finally:
         loop.remove_signal_handler(signal.SIGINT)
+
+
+def _last_errors_m(tracks: tuple[Track, Track], moments: Sequence[Moment]) -> tuple[float, float]:
+    """Of both tracks at their ends."""
+    with_isolation_m, without_m = (float(one.errors_m(moments)[-1]) if len(one.time_s) else nan for one in tracks)
+    return with_isolation_m, without_m
 
 
 def _counts(watched: GatewaySummary) -> dict[str, int]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from gateway import config
+from hil_tests.rig.dvl import DvlErrors
+from hil_tests.rig.geodesy import ORIGIN_LATITUDE_DEG, ORIGIN_LONGITUDE_DEG
 from hil_tests.rig.vehicle import HALF_SQRT2, MIXER, THRUSTERS
 
 CONFIG_FILE = "demo.toml"
@@ -37,6 +39,12 @@ curve = [[0.25, 0.75], [0.45, 1.36], [0.65, 1.81]]
 [detector.speed]
 surge_time_s = 0.5
 
+# Where it is, roughly; all else about the sensors is found out.
+[navigation]
+latitude_deg = {latitude_deg}
+longitude_deg = {longitude_deg}
+dvl_lever_arm_m = [{lever_arm_m}]
+
 [files]
 findings = "{findings}"
 state = "{state}"
@@ -61,7 +69,15 @@ def write_config(folder: Path, channel: str, port: int) -> config.Config:
     """
     for name in (FINDINGS_FILE, STATE_FILE):
         (folder / name).unlink(missing_ok=True)
-    head = HEAD.format(channel=channel, port=port, findings=FINDINGS_FILE, state=STATE_FILE)
+    head = HEAD.format(
+        channel=channel,
+        port=port,
+        latitude_deg=ORIGIN_LATITUDE_DEG,
+        longitude_deg=ORIGIN_LONGITUDE_DEG,
+        lever_arm_m=", ".join(map(str, DvlErrors().lever_arm_m)),
+        findings=FINDINGS_FILE,
+        state=STATE_FILE,
+    )
     (folder / CONFIG_FILE).write_text(head + "".join(map(_thruster, range(THRUSTERS))), encoding="utf-8")
     return config.load(folder / CONFIG_FILE)
 

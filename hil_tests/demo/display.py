@@ -12,9 +12,10 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
+from detectors.navigation import NavigationVerdict, Sensor
 from detectors.speed.sample import SpeedVerdict
 from detectors.verdict import Level
-from hil_tests.demo.record import Happening, Judged, JudgedSpeed
+from hil_tests.demo.record import SENSORS, Happening, Judged, JudgedNavigation, JudgedSpeed
 from hil_tests.demo.summary import Summary, summary_lines
 
 STYLES = {Level.UNKNOWN: "dim", Level.NORMAL: "green", Level.SUSPECT: "bold yellow", Level.FAULT: "bold white on red"}
@@ -22,6 +23,7 @@ LOG_LINES = 12
 # Together within a terminal of 80 characters; the widest level is "FAULT propeller lost".
 COLUMNS = {"": 3, "command": 7, "RPM": 6, "predicted": 9, "residual": 8, "limit": 5, "level": 20}
 SPEED_COLUMNS = {"speed, m/s": 11, "normal": 9, "flow": 14, "level": 30}
+NAVIGATION_COLUMNS = {"innovation, m/s": 15, "evidence": 8} | dict.fromkeys(SENSORS, 9)
 PLAIN_EVERY_S = 5.0
 
 
@@ -37,6 +39,7 @@ class View:
         voltage_v: of the battery.
         judged: newest sample and verdict by thruster.
         speed: newest sample and verdict of the vehicle's speed; None before the first.
+        navigation: of the navigation sensors; None before the first.
         happenings: all so far, in order of time.
     """
 
@@ -47,6 +50,7 @@ class View:
     voltage_v: float
     judged: dict[int, Judged]
     speed: JudgedSpeed | None
+    navigation: JudgedNavigation | None
     happenings: Sequence[Happening]
 
 
@@ -76,7 +80,8 @@ class LiveDisplay:
 
     def show(self, view: View) -> None:
         """Redraw."""
-        self._live.update(Group(heading(view), thruster_table(view), speed_table(view), log(view)), refresh=True)
+        tables = thruster_table(view), speed_table(view), navigation_table(view)
+        self._live.update(Group(heading(view), *tables, log(view)), refresh=True)
 
 
 class PlainDisplay:
@@ -138,6 +143,18 @@ def speed_table(view: View) -> Table:
     return table
 
 
+def navigation_table(view: View) -> Table:
+    """What the navigation sensors are worth; evidence of 1 is a fault."""
+    table = Table(expand=False)
+    for column, width in NAVIGATION_COLUMNS.items():
+        table.add_column(column, width=width, justify="left" if column in SENSORS else "right", no_wrap=True)
+    if view.navigation is not None:
+        verdict = view.navigation.verdict
+        levels = (verdict.of(sensor).level for sensor in SENSORS.values())
+        table.add_row(*_evidence(verdict), *(Text(level.name, style=STYLES[level]) for level in levels))
+    return table
+
+
 def log(view: View) -> RenderableType:
     """The newest happenings, as the autopilot received them."""
     lines = [Text("at the autopilot:", style="bold")]
@@ -173,10 +190,26 @@ def _level(one: Judged) -> Text:
 
 def _levels(view: View) -> str:
     thrusters = "  ".join(f"T{thruster} {one.verdict.level.name}" for thruster, one in view.judged.items())
-    if view.speed is None:
-        return thrusters or "no thruster heard yet"
-    speed, normal, flow = _speeds(view.speed.verdict)
-    return f"{thrusters}  speed {view.speed.verdict.level.name} {speed} m/s of {normal}, flow {flow}"
+    parts = [thrusters or "no thruster heard yet"]
+    if view.speed is not None:
+        speed, normal, flow = _speeds(view.speed.verdict)
+        parts.append(f"speed {view.speed.verdict.level.name} {speed} m/s of {normal}, flow {flow}")
+    if view.navigation is not None:
+        parts.append(_navigation_words(view.navigation.verdict))
+    return "  ".join(parts)
+
+
+def _navigation_words(verdict: NavigationVerdict) -> str:
+    innovation, evidence = _evidence(verdict)
+    isolated = f", isolated: {', '.join(verdict.isolated)}" if verdict.isolated else ""
+    return f"DVL {verdict.of(Sensor.DVL).level.name} off by {innovation} m/s, evidence {evidence}{isolated}"
+
+
+def _evidence(verdict: NavigationVerdict) -> tuple[str, str]:
+    """How far the DVL is off what is expected, forward and right, and the worst sensor's evidence."""
+    ahead_mps, right_mps = verdict.innovation[:2]
+    known = isfinite(ahead_mps) and isfinite(right_mps)
+    return f"{ahead_mps:+.2f} {right_mps:+.2f}" if known else "-", f"{verdict.score:.2f}"
 
 
 def _speeds(verdict: SpeedVerdict) -> tuple[str, str, str]:

@@ -1,4 +1,4 @@
-"""What happens in a demonstration, and when: weeds in a thruster, then a current, then a net on the hull."""
+"""What happens in a demonstration, and when: weeds in a thruster, a current, a net on the hull, a DVL that drifts."""
 
 from __future__ import annotations
 
@@ -6,11 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import cos, inf, isfinite, radians, sin
 
-from hil_tests.demo.record import SPEED, Trouble, Truth
+from detectors.navigation import Sensor
+from hil_tests.demo.record import DVL, SPEED, Trouble, Truth
 from hil_tests.rig.embedded import SLOWED_SHARE, Surroundings
 from hil_tests.rig.faults import FaultType, HullFault, InjectedFault
 from hil_tests.rig.helm import box
+from hil_tests.rig.instruments import Equipment
 from hil_tests.rig.water import STILL, Current, SettingIn
+from hil_tests.sensor_faults import SensorFault
 
 ENTANGLED = 3
 # Weeds wind themselves up within a second and take a quarter of the full-throttle speed.
@@ -32,6 +35,12 @@ NET_RAMP_S = 1.5
 NET_DRAG_FACTOR = 3.7  # halves the speed
 # To tell a slow vehicle from a head current takes a turn or two.
 NET_ROOM_S = 20.0
+# If there is more to come the net is cut free, and the speed is back well before.
+NET_FREED_S = 77.0
+
+DRIFT_S = 86.0
+DRIFT_MPS2 = 0.04  # the linear drift of paper 003
+DRIFT_ROOM_S = 24.0
 
 # Round a square: what tells speed from flow are headings that differ.
 COURSE = box(leg_s=10.0)
@@ -47,6 +56,8 @@ class Plan:
         freed_s: they are gone again.
         current_s: a current begins to set in.
         net_s: a net catches on the hull, and halves the speed.
+        net_freed_s: it is gone again.
+        drift_s: the DVL begins to drift.
     """
 
     seconds: float
@@ -54,6 +65,8 @@ class Plan:
     freed_s: float
     current_s: float
     net_s: float
+    net_freed_s: float
+    drift_s: float
 
     def faults(self) -> Mapping[int, Sequence[InjectedFault]]:
         """Of thrusters, for the rig."""
@@ -67,16 +80,30 @@ class Plan:
         return {ENTANGLED: [weeds]}
 
     def surroundings(self) -> Surroundings:
-        """Water and hull, for the rig."""
+        """Water, hull and sensors, for the rig."""
         current = Current(CURRENT_MPS * cos(radians(CURRENT_SET_DEG)), CURRENT_MPS * sin(radians(CURRENT_SET_DEG)))
         water = SettingIn(current, self.current_s, CURRENT_RAMP_S) if isfinite(self.current_s) else STILL
-        net = HullFault(drag_factor=NET_DRAG_FACTOR, onset_s=self.net_s, ramp_s=NET_RAMP_S) if self.has_net else None
-        return Surroundings(water=water, hull_faults=(net,) if net else ())
+        return Surroundings(
+            water=water,
+            hull_faults=(self._net(),) if self.has_net else (),
+            equipment=Equipment(faults=(self._drift(),) if self.has_drift else ()),
+        )
+
+    def _net(self) -> HullFault:
+        return HullFault(drag_factor=NET_DRAG_FACTOR, onset_s=self.net_s, ramp_s=NET_RAMP_S, end_s=self.net_freed_s)
+
+    def _drift(self) -> SensorFault:
+        return SensorFault(sensor=Sensor.DVL, kind="drift", axis=0, size=DRIFT_MPS2, onset_s=self.drift_s)
 
     @property
     def has_net(self) -> bool:
         """Whether there is time for the net."""
         return isfinite(self.net_s)
+
+    @property
+    def has_drift(self) -> bool:
+        """Whether there is time for the DVL's drift."""
+        return isfinite(self.drift_s)
 
     def truth(self, start_s: float, weeds_shown_s: float, net_shown_s: float) -> Truth:
         """What happens, against which the gateway is judged.
@@ -99,11 +126,24 @@ class Plan:
             onset_s=start_s + self.net_s,
             shown_s=net_shown_s,
         )
-        freed = f"thruster {ENTANGLED} is cut free"
-        current = f"a current sets in, up to {CURRENT_MPS} m/s @ {CURRENT_SET_DEG:03.0f}"
+        drift = Trouble(
+            subject=DVL,
+            catches="the DVL begins to drift",
+            shows=f"the DVL drifts by {DRIFT_MPS2} m/s each second",
+            onset_s=start_s + self.drift_s,
+            shown_s=start_s + self.drift_s,
+        )
         return Truth(
-            troubles=(weeds, net) if self.has_net else (weeds,),
-            events=((start_s + self.freed_s, freed), (start_s + self.current_s, current)),
+            troubles=(weeds, *([net] if self.has_net else []), *([drift] if self.has_drift else [])),
+            events=self._events(start_s),
+        )
+
+    def _events(self, start_s: float) -> tuple[tuple[float, str], ...]:
+        current = f"a current sets in, up to {CURRENT_MPS} m/s @ {CURRENT_SET_DEG:03.0f}"
+        return (
+            (start_s + self.freed_s, f"thruster {ENTANGLED} is cut free"),
+            (start_s + self.current_s, current),
+            (start_s + self.net_freed_s, "the net is cut off the hull"),
         )
 
     def left_out(self) -> tuple[str, ...]:
@@ -113,6 +153,8 @@ class Plan:
             left.append(f"a current (from --seconds {CURRENT_S + CURRENT_ROOM_S:.0f})")
         if not self.has_net:
             left.append(f"a net on the hull (from --seconds {NET_S + NET_ROOM_S:.0f})")
+        if not self.has_drift:
+            left.append(f"a DVL that drifts (from --seconds {DRIFT_S + DRIFT_ROOM_S:.0f})")
         return tuple(left)
 
 
@@ -124,10 +166,13 @@ def plan(seconds: float, weeds_s: float | None = None) -> Plan:
         weeds_s: when weeds catch; None: as late as the detectors like it.
     """
     onset_s = min(LATEST_WEEDS_S, WEEDS_SHARE * seconds) if weeds_s is None else weeds_s
+    has_drift = seconds >= DRIFT_S + DRIFT_ROOM_S
     return Plan(
         seconds=seconds,
         weeds_s=onset_s,
         freed_s=onset_s + WEEDS_LAST_S,
         current_s=CURRENT_S if seconds >= CURRENT_S + CURRENT_ROOM_S else inf,
         net_s=NET_S if seconds >= NET_S + NET_ROOM_S else inf,
+        net_freed_s=NET_FREED_S if has_drift else inf,
+        drift_s=DRIFT_S if has_drift else inf,
     )

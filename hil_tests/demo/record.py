@@ -3,19 +3,31 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from math import isfinite, nan
+from math import nan
 
+from detectors.navigation import ImuSample, NavigationSample, NavigationVerdict, Sensor
 from detectors.speed.sample import PoseSample, SpeedVerdict
 from detectors.thruster.sample import ThrusterSample, ThrusterVerdict
 from detectors.verdict import Level
+from gateway.sensor_observations import SUBJECTS
 from hil_tests.rig.ardusub import Command, Mode
 from hil_tests.rig.autopilot import Notes, ReceivedCommand, ReceivedText
 
 WARNING = 4  # MAV_SEVERITY: from here on upwards (smaller numbers) a text is an alarm
 CRITICAL_STATE = 5  # MAV_STATE_CRITICAL
-SPEED = "speed"  # the subject; the others are "thruster 1" and so on
+# Subjects; the others are "thruster 1" and so on.
+SPEED, DVL = "speed", SUBJECTS[Sensor.DVL]
+SENSORS = {subject: sensor for sensor, subject in SUBJECTS.items()}
+# By what a text for the pilot speaks of them.
+NAMES = {
+    SPEED: r"^Speed\b",
+    DVL: r"\bDVL\b",
+    "depth sensor": r"\b[Dd]epth\b",
+    "gyroscope": r"\b[Gg]yro",
+    "accelerometer": r"\b[Aa]ccel",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +46,14 @@ class JudgedSpeed:
     verdict: SpeedVerdict
 
 
+@dataclass(frozen=True, slots=True)
+class JudgedNavigation:
+    """One sample of a navigation sensor, and what the detector said after it."""
+
+    sample: NavigationSample
+    verdict: NavigationVerdict
+
+
 @dataclass(slots=True)
 class Recording:
     """Every sample and verdict, in order of time.
@@ -41,11 +61,13 @@ class Recording:
     Attributes:
         judged: of thrusters, by the thruster's number.
         speed: of the vehicle's speed.
+        navigation: of the navigation sensors.
         latest_s: how long after its own time a sample was judged, at worst.
     """
 
     judged: dict[int, list[Judged]] = field(default_factory=dict)
     speed: list[JudgedSpeed] = field(default_factory=list)
+    navigation: list[JudgedNavigation] = field(default_factory=list)
     latest_s: float = 0.0
 
     def add(self, thruster: int, judged: Judged, time_s: float) -> None:
@@ -58,6 +80,12 @@ class Recording:
         self.speed.append(judged)
         self.latest_s = max(self.latest_s, time_s - judged.sample.time_s)
 
+    def add_navigation(self, judged: JudgedNavigation, time_s: float) -> None:
+        """Append what the gateway saw of a navigation sensor and said, and when it did."""
+        self.navigation.append(judged)
+        if isinstance(judged.sample, ImuSample):  # all others wait for the next of these
+            self.latest_s = max(self.latest_s, time_s - judged.sample.time_s)
+
     def latest(self) -> dict[int, Judged]:
         """The newest of every thruster, by its number."""
         return {thruster: history[-1] for thruster, history in sorted(self.judged.items())}
@@ -67,22 +95,32 @@ class Recording:
         return {
             "samples judged": sum(len(history) for history in self.judged.values()),
             "positions judged": len(self.speed),
+            "navigation samples judged": len(self.navigation),
         }
 
-    def histories(self) -> Mapping[str, Sequence[Judged | JudgedSpeed]]:
-        """By subject."""
-        thrusters = {f"thruster {number}": history for number, history in self.judged.items()}
-        return thrusters | {SPEED: self.speed}
+    def subjects(self) -> list[str]:
+        """All that were judged."""
+        return [*(f"thruster {number}" for number in self.judged), SPEED, *SENSORS]
+
+    def levels(self, subject: str) -> Iterator[tuple[float, Level]]:
+        """Times and levels of a subject."""
+        if subject in SENSORS:
+            sensor = SENSORS[subject]
+            return ((one.sample.time_s, one.verdict.of(sensor).level) for one in self.navigation)
+        if subject == SPEED:
+            return ((one.sample.time_s, one.verdict.level) for one in self.speed)
+        history = self.judged.get(int(subject.removeprefix("thruster ")), [])
+        return ((one.sample.time_s, one.verdict.level) for one in history)
 
     def first_fault_s(self, subject: str, since_s: float) -> float:
         """When a detector first said FAULT of a subject from a time on; NaN if it never did."""
-        faults = (one for one in self.histories().get(subject, ()) if one.verdict.level is Level.FAULT)
-        return next((one.sample.time_s for one in faults if one.sample.time_s >= since_s), nan)
+        faults_s = (time_s for time_s, level in self.levels(subject) if level is Level.FAULT)
+        return next((time_s for time_s in faults_s if time_s >= since_s), nan)
 
 
 def names(text: str, subject: str) -> bool:
     """Whether a text for the pilot speaks of a subject."""
-    pattern = r"^Speed\b" if subject == SPEED else rf"\bT{subject.removeprefix('thruster ')}\b"
+    pattern = NAMES.get(subject, rf"\bT{subject.removeprefix('thruster ')}\b")
     return re.search(pattern, text) is not None
 
 
@@ -91,7 +129,7 @@ class Trouble:
     """Something that the rig does to the vehicle and the gateway is to find.
 
     Attributes:
-        subject: what it harms: "thruster 3", or "speed".
+        subject: what it harms: "thruster 3", "speed" or "dvl".
         catches, shows: its two instants, in words.
         onset_s: when it begins.
         shown_s: when it first shows; NaN: never.
@@ -137,9 +175,9 @@ def happenings(notes: Notes, truth: Truth, now_s: float) -> list[Happening]:
         Happening(one.time_s, _in_words(one), alarm=True) for one in notes.commands if one.command in set(Command)
     ]
     found += _heartbeat_changes(notes)
-    shown = [(trouble.shown_s, trouble.shows) for trouble in truth.troubles if isfinite(trouble.shown_s)]
-    past = [(time_s, text) for time_s, text in truth.events if time_s <= now_s]
-    found += [Happening(time_s, f"(rig) {text}") for time_s, text in shown + past]
+    shown = [(trouble.shown_s, trouble.shows) for trouble in truth.troubles]
+    past = [(time_s, text) for time_s, text in [*shown, *truth.events] if time_s <= now_s]
+    found += [Happening(time_s, f"(rig) {text}") for time_s, text in past]
     return sorted(found, key=lambda happening: happening.time_s)
 
 

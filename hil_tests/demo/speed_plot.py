@@ -41,6 +41,7 @@ class SpeedStory:
         start_s: what is zero on the time axis.
         lasted_s: how long the demonstration ran.
         current_s: when the current set in, from the start; infinite: not at all.
+        freed_s: when the net was cut off.
     """
 
     moments: Sequence[Moment]
@@ -49,6 +50,7 @@ class SpeedStory:
     start_s: float
     lasted_s: float
     current_s: float = inf
+    freed_s: float = inf
 
 
 def draw_speed(path: Path, story: SpeedStory) -> None:
@@ -186,6 +188,7 @@ def _events(story: SpeedStory) -> list[tuple[float, str, str]]:
     if story.found is not None:
         events.append((story.found.trouble.onset_s - story.start_s, ONSET, "net catches"))
         events.append((story.found.text_s - story.start_s, TOLD, "pilot told (STATUSTEXT)"))
+        events.append((story.freed_s, EVENT, "cut free"))
     return [event for event in events if isfinite(event[0])]
 
 

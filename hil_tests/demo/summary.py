@@ -39,6 +39,8 @@ class Summary:
         lasted_s: how long it ran.
         found: what came of every trouble.
         command_s: failsafe message at the autopilot; NaN: none.
+        position_errors_m: at the end, of the detector that isolates a faulty sensor and of one that does not; NaN
+            where there was no such fault.
         false_alarms: alarms at the autopilot, and verdicts of FAULT, that were not true.
         left_out: what there was no time to show.
         counts: frames, samples, drops and the like, by name.
@@ -54,6 +56,7 @@ class Summary:
     counts: Mapping[str, int]
     judged_late_s: float
     load: float
+    position_errors_m: tuple[float, float] = (nan, nan)
 
     @property
     def passed(self) -> bool:
@@ -70,6 +73,7 @@ def summarize(
     counts: Mapping[str, int],
     load: float,
     left_out: Sequence[str] = (),
+    position_errors_m: tuple[float, float] = (nan, nan),
 ) -> Summary:
     """Judge a demonstration by what reached the autopilot."""
     alarms = [text for text in notes.texts if text.severity <= WARNING]
@@ -83,6 +87,7 @@ def summarize(
         counts=dict(counts),
         judged_late_s=recording.latest_s,
         load=load,
+        position_errors_m=position_errors_m,
     )
 
 
@@ -97,7 +102,7 @@ def _false_alarms(recording: Recording, alarms: Sequence[ReceivedText], truth: T
         if not any(trouble.explains(text) for trouble in truth.troubles):
             yield f'STATUSTEXT "{text.text}"'
     onsets_s = {trouble.subject: trouble.onset_s for trouble in truth.troubles}
-    for subject in recording.histories():
+    for subject in recording.subjects():
         false_s = recording.first_fault_s(subject, -inf)
         if false_s < onsets_s.get(subject, inf) and not any(names(text.text, subject) for text in alarms):
             yield f"FAULT of {subject}, not told"
@@ -112,6 +117,7 @@ def summary_lines(summary: Summary, start_s: float) -> list[tuple[str, str]]:
     """
     lines = [line for found in summary.found for line in _found_lines(found, start_s)]
     lines.append(("first failsafe message at the autopilot", _at(summary.command_s, start_s)))
+    lines += _position_lines(*summary.position_errors_m)
     if summary.left_out:
         lines.append(("no time for", "; ".join(summary.left_out)))
     lines.append(("false alarms", _listed(summary.false_alarms)))
@@ -122,9 +128,18 @@ def summary_lines(summary: Summary, start_s: float) -> list[tuple[str, str]]:
     return lines
 
 
+def _position_lines(with_isolation_m: float, without_m: float) -> Iterable[tuple[str, str]]:
+    if isfinite(with_isolation_m):
+        yield (
+            "position error since the drift set in",
+            f"{with_isolation_m:.1f} m; {without_m:.1f} m without isolation",
+        )
+
+
 def _found_lines(found: Found, start_s: float) -> Iterable[tuple[str, str]]:
     trouble = found.trouble
-    yield trouble.catches, _at(trouble.onset_s, start_s)
+    if trouble.shown_s != trouble.onset_s:
+        yield trouble.catches, _at(trouble.onset_s, start_s)
     yield trouble.shows, _at(trouble.shown_s, start_s)
     yield f"{trouble.subject}: detector says FAULT", _at(found.verdict_s, start_s)
     yield f"{trouble.subject}: STATUSTEXT at the autopilot", _at(found.text_s, start_s)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import socket
 from collections import Counter
+from collections.abc import Set
 from dataclasses import dataclass, field
 from math import inf
 from typing import Any
@@ -28,6 +29,8 @@ DEFAULT_INTERVALS_S = {
     mavlink.MAVLINK_MSG_ID_RAW_IMU: 0.5,
     mavlink.MAVLINK_MSG_ID_SCALED_PRESSURE2: 0.5,
 }
+# What instruments measure at an instant, and is told with its time. All else is told as it is when it is sent.
+SENSED = frozenset({mavlink.MAVLINK_MSG_ID_RAW_IMU, mavlink.MAVLINK_MSG_ID_SCALED_PRESSURE2})
 # A message that is due within this time is due: times are sums of intervals, and rounded.
 EARLY_S = 1e-4
 
@@ -119,21 +122,20 @@ class AutopilotPeer:
         self._link.close()
 
     def exchange(self, time_s: float, telemetry: Telemetry) -> None:
-        """Take in and answer what has arrived by now, then send what is due; never waits."""
+        """Take in and answer what has arrived by now, then send what is due, but for `SENSED`; never waits."""
         self._telemetry = telemetry
-        self.listen(time_s)
-        self.speak(time_s, telemetry)
-
-    def listen(self, time_s: float) -> None:
-        """Take in and answer what has arrived by now; never waits."""
         for message in self._arrived():
             self._take(time_s, message)
+        self._send_due(time_s, self._interval_s.keys() - SENSED)
 
-    def speak(self, time_s: float, telemetry: Telemetry) -> None:
-        """Send what is due."""
+    def sense(self, time_s: float, telemetry: Telemetry) -> None:
+        """Send what of `SENSED` is due."""
         self._telemetry = telemetry
-        for message_id, interval_s in self._interval_s.items():
-            late_s = time_s - self._next_s[message_id]
+        self._send_due(time_s, self._interval_s.keys() & SENSED)
+
+    def _send_due(self, time_s: float, message_ids: Set[int]) -> None:
+        for message_id in message_ids:
+            late_s, interval_s = time_s - self._next_s[message_id], self._interval_s[message_id]
             if late_s > -EARLY_S:
                 self._next_s[message_id] = time_s + interval_s - (late_s if late_s < interval_s else 0.0)
                 self._send(message_id)

@@ -178,7 +178,11 @@ class EmbeddedVehicle:
         """Make all steps that are due by `time_s`, and exchange MAVLink messages."""
         while self._start_s + self._steps * STEP_S <= time_s:
             self._step(self._steps * STEP_S)
-        self._autopilot.listen(time_s)
+        since_start_s, motion = max(self._steps - 1, 0) * STEP_S, self.vehicle.hull.motion
+        self._autopilot.exchange(time_s, self._telemetry(since_start_s, motion))
+        fix = self._acoustic and self._acoustic.due(since_start_s, time_s, motion)
+        if fix:
+            self._autopilot.relay(fix, acoustic.COMPONENT_ID)
 
     def _step(self, since_start_s: float) -> None:
         time_s = self._start_s + since_start_s
@@ -192,22 +196,21 @@ class EmbeddedVehicle:
             self._navigation.advance(since_start_s)
         if self._steps % STEPS_PER_MOMENT == 0:
             self.moments.append(Moment(time_s, motion))
-        self._tell(time_s, since_start_s, motion)
+        if self._instruments:
+            self._measure(self._instruments, time_s, since_start_s, motion)
         self._note_showing(time_s)
         self._steps += 1
 
-    def _tell(self, time_s: float, since_start_s: float, motion: Motion) -> None:
-        """Send what autopilot, DVL and acoustic system have to say after a step, at the pace of their own clocks."""
-        if self._instruments:
-            self._instruments.step(motion, STEP_S)
-        telemetry = Telemetry(since_start_s, self._navigation.seen(motion), self._commands, self._instruments)
-        self._autopilot.speak(time_s, telemetry)
-        velocity = self._instruments and self._instruments.vision_position_delta(since_start_s)
+    def _telemetry(self, since_start_s: float, motion: Motion) -> Telemetry:
+        return Telemetry(since_start_s, self._navigation.seen(motion), self._commands, self._instruments)
+
+    def _measure(self, instruments: Instruments, time_s: float, since_start_s: float, motion: Motion) -> None:
+        """Let the instruments feel a step, and tell of it at the pace of their own clocks, however late this is."""
+        instruments.step(motion, STEP_S)
+        self._autopilot.sense(time_s, self._telemetry(since_start_s, motion))
+        velocity = instruments.vision_position_delta(since_start_s)
         if velocity:
             self._autopilot.relay(velocity, dvl.COMPONENT_ID, dvl.SYSTEM_ID)
-        fix = self._acoustic and self._acoustic.due(since_start_s, time_s, motion)
-        if fix:
-            self._autopilot.relay(fix, acoustic.COMPONENT_ID)
 
     def _sticks(self, since_start_s: float) -> Sticks:
         sticks = self._pilot.sticks(since_start_s)

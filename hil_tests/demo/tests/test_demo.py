@@ -30,7 +30,7 @@ def test_weeds_are_found_and_told(tmp_path):
     assert "HEARTBEAT of component 192: CRITICAL" in said
     assert "passed" in said
     assert "no time for" in said
-    for plot in ("demo.png", "speed.png"):
+    for plot in ("demo.png", "speed.png", "navigation.png"):
         assert (tmp_path / plot).read_bytes().startswith(b"\x89PNG")
     assert tomllib.loads((tmp_path / "demo.toml").read_text())["failsafe"] == {"thruster_fault": "hold"}
     findings = [json.loads(line) for line in (tmp_path / "findings.jsonl").read_text().splitlines()]
@@ -50,3 +50,4 @@ def test_ctrl_c_ends_with_the_summary_so_far(tmp_path):
     assert "summary" in said
     assert (tmp_path / "demo.png").exists()
     assert (tmp_path / "speed.png").exists()
+    assert (tmp_path / "navigation.png").exists()
