@@ -20,6 +20,7 @@ from gateway import state
 from gateway.config import Config
 from gateway.config_sections import CanBus, Mavlink, Speed, Thruster
 from gateway.current_forecast import coverage, why_unknown
+from gateway.navigation_check import possible, sources
 from gateway.wiring import can_decoder
 
 OPEN_TIMEOUT_S = 5.0
@@ -69,6 +70,11 @@ def checks(config: Config) -> Iterator[CheckResult]:
         yield _check_speed(config.speed, config.detector.speed, config.thruster)
         if isinstance(config.detector.speed.flow_model, GriddedFlow):
             yield _check_forecast(config.detector.speed.flow_model, Clock().now())
+    if config.navigation is None or config.detector.navigation is None:
+        yield CheckResult("navigation", True, "not watched (no table [navigation])")
+    else:
+        yield CheckResult("navigation", True, sources(config.navigation, config.detector.navigation))
+        yield CheckResult("navigation by the IMU's rate", True, possible())
     yield _check_folder("findings", config.files.findings)
     yield _check_folder("state", config.files.state)
     yield _check_state(config.files.state)

@@ -66,7 +66,7 @@ def _broken(point: EntryPoint, reason: str) -> click.Command:
 @click.group(cls=PluginGroup, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(version(DISTRIBUTION), prog_name="gateway")
 def main() -> None:
-    """Tells pilot and autopilot that a thruster is entangled or the vehicle too slow for its thrust.
+    """Tells pilot and autopilot that a thruster is entangled, the vehicle too slow, or a navigation sensor wrong.
 
     CAN and MAVLink in, STATUSTEXT and failsafe out.
     """

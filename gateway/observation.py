@@ -22,6 +22,7 @@ class Observation:
         trouble: what is wrong, e.g. "entangled?"; used only where the level is SUSPECT or FAULT.
         details: evidence in pieces that can be left out from the end.
         colon: the trouble is none of what the label says, and is set off from it.
+        over: in words, how it ended, where that is not by being ok again.
     """
 
     time_s: float
@@ -33,6 +34,7 @@ class Observation:
     trouble: str
     details: tuple[str, ...] = ()
     colon: bool = False
+    over: str = ""
 
     def text(self) -> str:
         """The state in words."""
@@ -43,4 +45,5 @@ class Observation:
 
     def over_text(self) -> str:
         """That it is over, in words."""
-        return texts.fitted(f"{self.label} ok again", self.details, separator=": ")
+        ended = f"{self.label}: {self.over}" if self.over else f"{self.label} ok again"
+        return texts.fitted(ended, self.details, separator=": ")

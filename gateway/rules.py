@@ -13,10 +13,12 @@ from gateway.config import Config
 from gateway.config_sections import MAVLINK
 from gateway.debounce import DebounceTimes
 from gateway.observation import Observation
-from gateway.sensor_observations import navigation_observations
+from gateway.sensor_observations import SUBJECTS, navigation_observations
 from gateway.silence import SilenceWatch, Watched
 from gateway.supervisor import Policy, Supervisor
 
+# of two sensors that it could be, most often one is named within a moment: then the pilot hears of that one only
+DOUBT_S = 3.0
 # a link that flaps is said to be silent once, and to be back once it stays
 SILENCE_OVER_S = 3.0
 # MAVLink is lost after four to five of its heartbeats, which may be all that comes
@@ -80,12 +82,14 @@ def supervisor(config: Config) -> Supervisor:
     """The supervisor that the configuration asks for."""
     settings, failsafe = config.supervisor, config.failsafe
     times = DebounceTimes(settings.suspect_after_s, settings.fault_after_s, settings.clear_after_s)
+    doubt = DebounceTimes(max(settings.suspect_after_s, DOUBT_S), max(settings.fault_after_s, DOUBT_S), times.clear_s)
     silence = Policy(DebounceTimes(0.0, 0.0, SILENCE_OVER_S))
     policies = {
         "thruster": Policy(times, cleared_by_disarm=True, failsafe=failsafe.thruster_fault),
         "speed": Policy(times, cleared_by_disarm=True, failsafe=failsafe.speed_fault),
         # a sensor that lies still lies after disarming: armed again, it is told again at once
-        "navigation": Policy(times, cleared_by_disarm=True, failsafe=failsafe.navigation_fault),
+        **dict.fromkeys(SUBJECTS.values(), Policy(times, cleared_by_disarm=True, failsafe=failsafe.navigation_fault)),
+        "navigation": Policy(doubt, cleared_by_disarm=True, failsafe=failsafe.navigation_fault),
         "link": silence,
         "signal": silence,
     }

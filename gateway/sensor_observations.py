@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from math import degrees, hypot, nan
 
 from detectors.navigation import DepthSample, DvlSample, FaultKind, Sensor, SensorVerdict
@@ -57,7 +57,7 @@ def navigation_observations(judgement: NavigationJudgement) -> Iterator[Observat
 def _whole(judgement: NavigationJudgement) -> Observation:
     """Something is wrong, and it could be one sensor or another."""
     verdict = judgement.verdict
-    blamed = max((one.level for one in verdict.sensors), default=Level.UNKNOWN) >= Level.SUSPECT
+    blamed = [one.sensor for one in verdict.sensors if one.level >= Level.SUSPECT]
     return Observation(
         time_s=verdict.time_s,
         detector="navigation",
@@ -68,6 +68,7 @@ def _whole(judgement: NavigationJudgement) -> Observation:
         trouble=_either(verdict.reason),
         details=(verdict.reason,) if verdict.level is Level.UNKNOWN and verdict.reason else (),
         colon=True,
+        over=f"it is the {_words(blamed)[0]}" if blamed else "",
     )
 
 
@@ -76,10 +77,13 @@ def _either(reason: str) -> str:
     names = reason.split(" or ")
     if not set(names) <= set(Sensor):
         return reason or "abnormal"
-    words = [LABELS[Sensor(name)] if name == Sensor.DVL else name for name in names]
-    if len(words) > FULL_WORDS:
-        words = [LABELS[Sensor(name)] for name in names]
-    return f"{' or '.join(words)} off"
+    return f"{' or '.join(_words([Sensor(name) for name in names]))} off"
+
+
+def _words(sensors: Sequence[Sensor]) -> list[str]:
+    if len(sensors) > FULL_WORDS:
+        return [LABELS[sensor] for sensor in sensors]
+    return [LABELS[sensor] if sensor is Sensor.DVL else sensor.value for sensor in sensors]
 
 
 def trouble(verdict: SensorVerdict, measured: float | None = None) -> str:

@@ -136,7 +136,7 @@ class Supervisor:
     """See the module's text.
 
     Args:
-        policies: by detector.
+        policies: by detector; and by subject, for those that are treated in another way.
         ask_every_s: the autopilot is never asked for a failsafe action again sooner than this.
         repeat_s: a lasting FAULT is said again this often.
     """
@@ -204,7 +204,7 @@ class Supervisor:
     def _subject(self, observation: Observation) -> _Subject:
         found = self._subjects.get(observation.subject)
         if found is None:
-            policy = self._policies.get(observation.detector)
+            policy = self._policies.get(observation.subject, self._policies.get(observation.detector))
             if policy is None:
                 known = ", ".join(sorted(self._policies))
                 raise ValueError(f"detector = {observation.detector!r}: want one that has a policy: {known}")

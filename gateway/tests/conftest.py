@@ -135,8 +135,14 @@ class GroundSpeedDetector:
         self._last, self._speed_mps = None, math.nan
 
 
+TORN_MPS = 0.5
+
+
 class CruiseDetector:
-    """A stand-in of the contract: the vehicle makes 1 m/s ahead, and a DVL that says otherwise is isolated."""
+    """A stand-in of the contract: the vehicle makes 1 m/s ahead, and a DVL that says otherwise is isolated.
+
+    One that is off by just `TORN_MPS` may as well be right.
+    """
 
     def __init__(
         self, config: NavigationConfig, initial: NavigationState, installation: Installation | None = None
@@ -152,7 +158,17 @@ class CruiseDetector:
         self.samples += 1
         if isinstance(sample, DvlSample):
             self._error_mps = sample.velocity_mps[0] - 1.0
-        wrong = abs(self._error_mps) > 0.2
+        wrong, torn = abs(self._error_mps) > 0.2, abs(self._error_mps) == TORN_MPS
+        if torn:
+            unknown = SensorVerdict(Sensor.DVL, Level.UNKNOWN)
+            return NavigationVerdict(
+                time_s=sample.time_s,
+                level=Level.FAULT,
+                score=1.0,
+                state=self.initial,
+                sensors=(unknown,),
+                reason="dvl or accelerometer",
+            )
         dvl = SensorVerdict(
             Sensor.DVL,
             Level.FAULT if wrong else Level.NORMAL,

@@ -14,7 +14,7 @@ from click.testing import CliRunner
 
 from gateway.cli import load_plugin, main
 from gateway.logs import JournalFormatter, formatter
-from gateway.tests.conftest import SPEED_WATCH, TWO_THRUSTERS, write_forecast
+from gateway.tests.conftest import NAVIGATION_WATCH, SPEED_WATCH, TWO_THRUSTERS, write_forecast
 
 CAN_ONLY = TWO_THRUSTERS.replace('link = "mavlink", servo_channel = 3', 'link = "can0", esc_index = 1')
 
@@ -88,6 +88,22 @@ def test_check_says_what_the_speed_watch_uses(tmp_path):
         "normal: 0.8 to 1.2 m/s; range holds at the command of the first seconds under way; better name it: "
         "speed.command; thrusters 1 drive ahead; current: 0.3 m/s towards 085" in told
     )
+
+
+def test_check_says_what_the_navigation_watch_uses_and_what_it_can_find(tmp_path):
+    path = tmp_path / "gateway.toml"
+    path.write_text(TWO_THRUSTERS + NAVIGATION_WATCH + 'fix = "global_position"\nwater_density_kgm3 = 998')
+    code, told = called("check", str(path))
+    assert code == 0, told
+    assert f"ok       {path}: thrusters 1, 2 and navigation over can0, mavlink" in told
+    assert (
+        "ok       navigation: IMU: RAW_IMU, asked for at 50 Hz; DVL: VISION_POSITION_DELTA, else ODOMETRY; "
+        "depth: SCALED_PRESSURE2, else SCALED_PRESSURE3, else the autopilot's own, water of 998 kg/m3; "
+        "fixes: the autopilot's own position, made from the same DVL: it cannot contradict it; method: ratio" in told
+    )
+    assert "ok       navigation by the IMU's rate: from 50 Hz, " in told and told.count("; from ") == 2
+    path.write_text(TWO_THRUSTERS)
+    assert "ok       navigation: not watched (no table [navigation])" in called("check", str(path))[1]
 
 
 def test_check_says_which_command_the_normal_range_belongs_to(tmp_path):

@@ -125,6 +125,20 @@ def test_the_finding_names_the_sensor(navigation_config):
     assert ("depth sensor", Level.NORMAL) in levels and ("depth sensor", Level.FAULT) not in levels
 
 
+def test_doubt_is_told_when_it_lasts_and_who_it_was(navigation_config):
+    watched = watching(navigation_config)
+    brief = without_thrusters(play(watched, dive(10.0, fault_s=8.0, dvl_mps=0.5)))
+    brief += without_thrusters(play(watched, dive(8.0, begin_s=10.0)))
+    assert brief == []
+    lasting = without_thrusters(play(watched, dive(5.0, fault_s=0.0, dvl_mps=0.5, begin_s=18.0)))
+    lasting += without_thrusters(play(watched, dive(8.0, fault_s=0.0, begin_s=23.0)))
+    assert lasting == [
+        "Nav: DVL or accelerometer off",
+        "DVL off by 1.0 m/s backward, isolated",
+        "Nav: it is the DVL",
+    ]
+
+
 def test_every_sample_is_judged_once_and_in_the_order_of_time(navigation_config):
     watched = watching(navigation_config)
     samples = [one.sample for one in judged(play(watched, dive(10.0)))]
