@@ -13,17 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from detectors.navigation import (
+    AttitudeSample,
     DepthSample,
     DvlSample,
     FaultKind,
     FixSample,
     NavigationSample,
-    NavigationState,
     NavigationVerdict,
     Sensor,
 )
 from detectors.verdict import Level
 from gateway.navigation_data import NavigationData
+from hil_tests.navigation_aids import EARTH_RADIUS_M, reference_of
 from hil_tests.sensor_faults import SensorFault
 
 FloatArray = NDArray[np.float64]
@@ -36,11 +37,6 @@ _ARRAYS: dict[Sensor, tuple[str, slice]] = {
     Sensor.ACCELEROMETER: ("imu", slice(1, 4)),
     Sensor.GYROSCOPE: ("imu", slice(4, 7)),
 }
-
-# Standard deviations of an initial state as an autopilot knows it; the reference of a simulated dive is exact.
-LEVEL_ERROR_RAD, HEADING_ERROR_RAD = np.deg2rad(0.5), np.deg2rad(2.0)
-VELOCITY_ERROR_MPS = 0.05
-EARTH_RADIUS_M = 6_371_000.0  # turns errors of metres into angles and back; exact to a few parts in a thousand
 
 
 class Watch(Protocol):
@@ -143,40 +139,22 @@ def faulty(data: NavigationData, faults: Iterable[SensorFault]) -> NavigationDat
     return replace(data, **{name: rows[np.isfinite(rows).all(axis=1)] for name, rows in arrays.items()})
 
 
-def acoustic_fixes(data: NavigationData, seed: int, noise_m: float = 2.0, period_s: float = 5.0) -> FloatArray:
-    """(F, 3) time, latitude and longitude as an acoustic system would measure them, from the reference.
-
-    Args:
-        noise_m: standard deviation of north and of east. period_s: between two fixes.
-
-    Raises:
-        ValueError: there is no reference.
-    """
-    reference = _reference(data)
-    rng = np.random.default_rng(seed)
-    time_s = np.arange(reference[0, 0] + period_s * rng.random(), reference[-1, 0], period_s)
-    off_rad = noise_m / EARTH_RADIUS_M * rng.standard_normal((len(time_s), 2))
-    latitude_rad = np.interp(time_s, reference[:, 0], reference[:, 1])
-    longitude_rad = np.interp(time_s, reference[:, 0], np.unwrap(reference[:, 2]))
-    return np.column_stack(
-        [time_s, latitude_rad + off_rad[:, 0], longitude_rad + off_rad[:, 1] / np.cos(latitude_rad)]
-    )
-
-
-def guessed(initial: NavigationState, seed: int) -> NavigationState:
-    """An initial state with the errors of an autopilot's."""
-    rng = np.random.default_rng(seed)
-    attitude_rad = rng.normal(initial.attitude_rad, (LEVEL_ERROR_RAD, LEVEL_ERROR_RAD, HEADING_ERROR_RAD)).tolist()
-    velocity_mps = rng.normal(initial.velocity_mps, VELOCITY_ERROR_MPS).tolist()
-    return replace(initial, attitude_rad=tuple(attitude_rad), velocity_mps=tuple(velocity_mps))
-
-
 def samples(
-    data: NavigationData, fixes: FloatArray | None = None, begin_s: float = -np.inf, end_s: float = np.inf
+    data: NavigationData,
+    fixes: FloatArray | None = None,
+    attitudes: FloatArray | None = None,
+    *,
+    begin_s: float = -np.inf,
+    end_s: float = np.inf,
 ) -> Iterator[NavigationSample]:
-    """Those of a span of time, in order, fixes among them."""
+    """Those of a span of time, in order, fixes (F, 3) and attitudes (A, 4) among them."""
+    inside = (data.imu[:, 0] >= begin_s) & (data.imu[:, 0] < end_s)
+    part = replace(data, imu=data.imu[inside]) if inside.any() else data  # most of the rows need not become samples
     found = (FixSample(*row) for row in ([] if fixes is None else fixes.tolist()))
-    every = heapq.merge(data.samples(), found, key=attrgetter("time_s"))
+    known = (
+        AttitudeSample(row[0], (row[1], row[2], row[3])) for row in ([] if attitudes is None else attitudes.tolist())
+    )
+    every = heapq.merge(part.samples(), found, known, key=attrgetter("time_s"))
     return (sample for sample in every if begin_s <= sample.time_s < end_s)
 
 
@@ -203,7 +181,7 @@ def position_errors_m(record: Record, data: NavigationData) -> FloatArray:
     Raises:
         ValueError: there is no reference.
     """
-    reference = _reference(data)
+    reference = reference_of(data)
     latitude_rad, longitude_rad, _ = record.position.T
     known = (record.time_s >= reference[0, 0]) & (record.time_s <= reference[-1, 0])
     true_rad = [np.interp(record.time_s, reference[:, 0], np.unwrap(reference[:, column])) for column in (1, 2)]
@@ -214,7 +192,7 @@ def position_errors_m(record: Record, data: NavigationData) -> FloatArray:
 
 def track_m(data: NavigationData, position: FloatArray) -> FloatArray:
     """(E, 2) metres north and east of where the dive began, of (E, 2) or (E, 3) latitudes and longitudes."""
-    _, latitude_rad, longitude_rad = _reference(data)[0, :3].tolist()
+    _, latitude_rad, longitude_rad = reference_of(data)[0, :3].tolist()
     off_rad = position[:, :2] - (latitude_rad, longitude_rad)
     return np.asarray(EARTH_RADIUS_M * off_rad * (1.0, cos(latitude_rad)))
 
@@ -230,12 +208,6 @@ def turning(
     turns = np.abs(rates - np.median(rates)) > rate_radps
     around = np.ones(2 * round(around_s) + 1)
     return time_s, np.convolve(turns, around, mode="same") > 0.0
-
-
-def _reference(data: NavigationData) -> FloatArray:
-    if data.reference is None:
-        raise ValueError(f"{data.name}: no reference: want one, to know where the vehicle was")
-    return data.reference
 
 
 def _event(verdict: NavigationVerdict, sensor: Sensor | None) -> Event:

@@ -36,7 +36,7 @@ class Options:
         only: methods beside the default; none: all.
         both: each fault on a straight leg and in a turn; else the one or the other.
         slow: with slower IMUs as well.
-        folds: folder with an LSTM for each recording, trained on the others (NAME.npz); None: the one that ships.
+        folds: folder of LSTMs, NAME.npz not having seen the recording NAME.npz; None: the one that ships.
         positions: dives of 1000 s with a DVL that fails five times.
     """
 
@@ -68,7 +68,7 @@ class Options:
     def config(self, source: Source) -> NavigationConfig:
         """Of the detector, with the LSTM that has not seen this dive."""
         model = self.folds / f"{source.name}.npz" if self.folds is not None and isinstance(source, Recorded) else None
-        return NavigationConfig(lstm_model=model)
+        return NavigationConfig(lstm_model=model, compare="lstm" in self.methods)
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,8 @@ from gateway.navigation_data import NavigationData
 from hil_tests.bench.navigation_cases import FAULT_S, PAPER_CASE, Source
 from hil_tests.bench.navigation_scores import APART_S, alarm, begun
 from hil_tests.bench.navigation_trace import MakeWatch, Trace, initial_of, seed_of
-from hil_tests.navigation_trials import acoustic_fixes, faulty, play, samples
+from hil_tests.navigation_aids import acoustic_fixes
+from hil_tests.navigation_trials import faulty, play, samples
 
 FloatArray = NDArray[np.float64]
 

@@ -2,7 +2,8 @@
 
 The numbers of the paper's table 3 are lost in our text of it; in words: a step from 100 to 120 s, gradual faults
 after it. `FAULTS` is what is assumed. As there, an acoustic system takes over while the DVL is isolated, and only
-then.
+then. An autopilot's attitude, with a compass, is told all the time: else the heading would drift away, whatever the
+DVL does, with a gyroscope of this class.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ from numpy.typing import NDArray
 from detectors.navigation import FixSample, NavigationConfig, NavigationSample, NavigationVerdict, Sensor
 from hil_tests.bench.navigation_cases import Source
 from hil_tests.bench.navigation_trace import MakeWatch, initial_of, seed_of
-from hil_tests.navigation_trials import Watch, Way, acoustic_fixes, faulty, play, position_errors_m, samples, track_m
+from hil_tests.navigation_aids import acoustic_fixes, compass_attitudes
+from hil_tests.navigation_trials import Watch, Way, faulty, play, position_errors_m, samples, track_m
 from hil_tests.sensor_faults import Kind, SensorFault
 
 FloatArray = NDArray[np.float64]
@@ -80,7 +82,8 @@ def way(source: Source, variant: Variant, make: MakeWatch, faults: tuple[SensorF
     broken = dvl_faults(float(data.imu[0, 0])) if faults is None else faults
     watch = TakingOver(make(variant.config, initial_of(source, data)))
     fixes = acoustic_fixes(data, seed_of(source), FIX_NOISE_M)
-    record = play(watch, samples(faulty(data, broken if variant.broken else ()), fixes))
+    attitudes = compass_attitudes(data, seed_of(source))
+    record = play(watch, samples(faulty(data, broken if variant.broken else ()), fixes, attitudes))
     return Way(
         variant=variant.name,
         dive=source.name,

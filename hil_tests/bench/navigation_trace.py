@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from detectors.navigation import FaultKind, NavigationConfig, NavigationState, Sensor
 from gateway.navigation_data import NavigationData
 from hil_tests.bench.navigation_cases import FAULT_S, Case, Simulated, Source, onsets
-from hil_tests.navigation_trials import Record, Watch, faulty, guessed, play, samples
+from hil_tests.navigation_aids import guessed
+from hil_tests.navigation_trials import Record, Watch, faulty, play, samples
 
 FloatArray = NDArray[np.float64]
 MakeWatch = Callable[[NavigationConfig, NavigationState], Watch]
@@ -81,16 +82,18 @@ def traces(job: Job) -> list[Trace]:
     """
     data = job.source.load()
     initial = initial_of(job.source, data)
-    healthy = _healthy(job, data, job.make(replace(job.config, isolate=True), initial), isolate=True)
     watch = job.make(replace(job.config, isolate=False), initial)
     begins = onsets(data, np.random.default_rng(seed_of(job.source)))
-    open_loop, kept = _with_snapshots(job, data, watch, begins)
+    using_all, kept = _with_snapshots(job, data, watch, begins)
+    isolating = replace(using_all, isolate=True)
+    if using_all.first_s is not None:
+        isolating = _isolating(job, data, job.make(replace(job.config, isolate=True), initial))
     found = [
         _with_fault(job, data, kept[where], case, where, begins[where])
         for index, case in enumerate(job.cases)
         for where in _places(job, index, begins)
     ]
-    return [healthy, open_loop, *found]
+    return [isolating, using_all, *found]
 
 
 def initial_of(source: Source, data: NavigationData) -> NavigationState:
@@ -108,23 +111,25 @@ def _places(job: Job, index: int, begins: dict[str, float]) -> Sequence[str]:
     return names if job.both or not names else [names[(index + job.number) % len(names)]]
 
 
-def _healthy(job: Job, data: NavigationData, watch: Watch, *, isolate: bool) -> Trace:
+def _isolating(job: Job, data: NavigationData, watch: Watch) -> Trace:
     begin = perf_counter()
     record = play(watch, samples(data))
-    return _trace(job, record, isolate=isolate, data_s=_length_s(data), seconds=perf_counter() - begin)
+    return _trace(job, record, isolate=True, data_s=_length_s(data), seconds=perf_counter() - begin)
 
 
 def _with_snapshots(
     job: Job, data: NavigationData, watch: Watch, begins: dict[str, float]
 ) -> tuple[Trace, dict[str, bytes]]:
     """The healthy dive without isolation, and the detector as it was shortly before each onset."""
+    begin = perf_counter()
     kept: dict[str, bytes] = {}
     records, now_s = [], -np.inf
     for where, onset_s in sorted(begins.items(), key=lambda item: item[1]):
         records.append(play(watch, samples(data, begin_s=now_s, end_s=onset_s - BEFORE_S)))
         kept[where], now_s = pickle.dumps(watch), onset_s - BEFORE_S
     records.append(play(watch, samples(data, begin_s=now_s)))
-    return _trace(job, joined(records), isolate=False, data_s=_length_s(data)), kept
+    seconds = perf_counter() - begin
+    return _trace(job, joined(records), isolate=False, data_s=_length_s(data), seconds=seconds), kept
 
 
 def _with_fault(job: Job, data: NavigationData, kept: bytes, case: Case, where: str, onset_s: float) -> Trace:

@@ -10,6 +10,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from detectors.navigation import (
+    AttitudeSample,
     DepthSample,
     DvlSample,
     FaultKind,
@@ -21,11 +22,10 @@ from detectors.navigation import (
 )
 from detectors.verdict import Level
 from hil_tests.dives import random_dive
+from hil_tests.navigation_aids import acoustic_fixes, compass_attitudes, guessed
 from hil_tests.navigation_trials import (
     SENSORS,
-    acoustic_fixes,
     faulty,
-    guessed,
     play,
     position_errors_m,
     samples,
@@ -98,13 +98,19 @@ def test_faults_add_up_and_what_is_not_said_is_left_out(dive):
 
 def test_samples_are_in_order_and_of_the_span_with_fixes_among_them(dive):
     fixes = acoustic_fixes(dive, seed=1, period_s=5.0)
-    seen = list(samples(dive, fixes, 10.0, 40.0))
+    seen = list(samples(dive, fixes, begin_s=10.0, end_s=40.0))
     assert all(one.time_s <= other.time_s for one, other in pairwise(seen))
     counts = {
         kind: sum(isinstance(one, kind) for one in seen) for kind in (ImuSample, DvlSample, DepthSample, FixSample)
     }
     assert counts[ImuSample] == pytest.approx(3000, abs=1)
     assert counts[FixSample] == 6
+    told = compass_attitudes(dive, seed=1, period_s=1.0)
+    with_attitudes = list(samples(dive, None, told, begin_s=10.0, end_s=40.0))
+    assert sum(isinstance(one, AttitudeSample) for one in with_attitudes) == 30
+    assert [one for one in with_attitudes if not isinstance(one, AttitudeSample)] == list(
+        samples(dive, begin_s=10.0, end_s=40.0)
+    )
     assert counts[DvlSample] == pytest.approx(30 * dive.sensors.dvl_rate_hz, abs=1)
     assert seen[0].time_s >= 10.0
     assert seen[-1].time_s < 40.0
@@ -119,6 +125,19 @@ def test_fixes_have_their_noise_and_their_seed():
     assert_allclose(off_m.std(axis=0), 4.0, rtol=0.15)
     assert_allclose(off_m.mean(axis=0), 0.0, atol=0.8)
     assert_array_equal(fixes, acoustic_fixes(dive, seed=3, noise_m=4.0, period_s=2.0))
+
+
+def test_a_compass_is_off_by_a_constant_and_by_noise():
+    dive = random_dive(1, duration_s=200.0, imu_hz=10.0)
+    off_deg = []
+    for seed in range(20):
+        told = compass_attitudes(dive, seed)
+        true_rad = dive.motion.attitude_rad(told[:, 0])
+        off_deg.append(np.rad2deg((told[:390, 1:] - true_rad[:390] + np.pi) % (2.0 * np.pi) - np.pi))
+    assert_allclose(np.std(off_deg, axis=1).mean(axis=0), [0.5, 0.5, 1.0], rtol=0.1)
+    lasting = np.mean(off_deg, axis=1)
+    assert np.abs(lasting[:, :2]).max() < 0.2
+    assert 0.25 < lasting[:, 2].std() < 0.8
 
 
 def test_a_guess_is_near_the_truth_and_never_the_same(dive):
