@@ -1,4 +1,4 @@
-"""The real navigation detector in the pipeline: a DVL that drifts is found, and the same however the calls are cut."""
+"""The real navigation detector in the pipeline: a drifting DVL is found, and the same however the calls are cut."""
 
 import math
 import random
