@@ -38,6 +38,7 @@ NET_ROOM_S = 20.0
 # If there is more to come the net is cut free, and the speed is back well before.
 NET_FREED_S = 77.0
 
+# What the autopilot takes for its position does not follow the DVL here: each act is to be seen by itself.
 DRIFT_S = 86.0
 DRIFT_MPS2 = 0.04  # the linear drift of paper 003
 DRIFT_ROOM_S = 24.0

@@ -75,7 +75,7 @@ def draw_speed(path: Path, story: SpeedStory) -> None:
 
 def _draw_legends(speed: Axes, flow: Axes) -> None:
     if speed.get_legend_handles_labels()[0]:
-        speed.legend(loc="upper left", ncols=6, framealpha=0.9, fontsize=9)
+        speed.legend(loc="upper left", ncols=7, framealpha=0.9, fontsize=9)
     handles, labels = flow.get_legend_handles_labels()
     curves = [(handle, label) for handle, label in zip(handles, labels, strict=True) if "," in label]  # no events
     if curves:

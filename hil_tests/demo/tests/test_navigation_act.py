@@ -46,7 +46,7 @@ def test_the_drift_is_found_and_named_and_nothing_else_is_blamed(act):
     told = next(verdict for verdict in verdicts if verdict.level is Level.FAULT).of(Sensor.DVL)
     assert told.kind is FaultKind.DRIFT
     assert 0.5 * DRIFT_MPS2 < told.rate < 2.0 * DRIFT_MPS2
-    before = [verdict.of(Sensor.DVL).level for verdict in verdicts if 20.0 < verdict.time_s < script.drift_s]
+    before = [verdict.of(Sensor.DVL).level for verdict in verdicts if 50.0 < verdict.time_s < script.drift_s]
     assert before.count(Level.NORMAL) > 0.9 * len(before)
 
 
