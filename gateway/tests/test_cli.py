@@ -101,7 +101,11 @@ def test_check_says_what_the_navigation_watch_uses_and_what_it_can_find(tmp_path
         "depth: SCALED_PRESSURE2, else SCALED_PRESSURE3, else the autopilot's own, water of 998 kg/m3; "
         "fixes: the autopilot's own position, made from the same DVL: it cannot contradict it; method: ratio" in told
     )
-    assert "ok       navigation by the IMU's rate: from 50 Hz, " in told and told.count("; from ") == 2
+    assert (
+        "ok       navigation by the IMU's rate: a DVL's drift of 0.04 m/s/s was found, of 6 dives, at 50 Hz in "
+        in told
+    )
+    assert "; below 8 Hz nothing is judged" in told
     path.write_text(TWO_THRUSTERS)
     assert "ok       navigation: not watched (no table [navigation])" in called("check", str(path))[1]
 
