@@ -13,7 +13,7 @@ from rich.console import Console
 from detectors.navigation import DvlSample, FaultKind, NavigationConfig, NavigationVerdict, Sensor, SensorVerdict
 from detectors.verdict import Level
 from hil_tests.bench.navigation import Figures, show
-from hil_tests.bench.navigation_cases import CASES, FAULT_S, LEARNT_S, PAPER_CASE, Simulated, onsets
+from hil_tests.bench.navigation_cases import CASES, FAULT_S, LEARNT_S, PAPER_CASE, Recorded, Simulated, onsets
 from hil_tests.bench.navigation_measure import (
     RECORDINGS,
     Options,
@@ -28,6 +28,7 @@ from hil_tests.bench.navigation_paper import paper_score
 from hil_tests.bench.navigation_pictures import PICTURED, draw, watched
 from hil_tests.bench.navigation_positions import TakingOver, Variant, dvl_faults, errors_m, way
 from hil_tests.bench.navigation_scores import DEFAULT, alarm, alarms, begun, delay_s, found, named, scales_for
+from hil_tests.bench.navigation_timing import plain_navigation, skew
 from hil_tests.bench.navigation_trace import Job, Trace, traces
 from hil_tests.bench.timing import Timing
 from hil_tests.dives import random_dive
@@ -271,6 +272,27 @@ def test_a_way_says_how_far_off_the_vehicle_believes_itself():
     assert isolating.isolated.any()
     assert list(errors_m([played, isolating, played])) == ["not isolated", "no faults"]
     assert errors_m([played, isolating, played])["not isolated"] == 2 * [(played.last_m, played.greatest_m)]
+
+
+def test_the_plain_filter_knows_the_velocity():
+    dive = random_dive(8, duration_s=30.0, dvl_hz=5.0, depth_hz=5.0)
+    seen = list(samples(dive))
+    true_mps = dive.motion.velocity_mps(seen[-1].time_s)
+    assert_allclose(plain_navigation(dive.initial, NavigationConfig(), seen), true_mps, atol=0.3)
+    blind = [one for one in seen if not isinstance(one, DvlSample)]
+    assert np.abs(plain_navigation(dive.initial, NavigationConfig(), blind) - true_mps).max() > 0.3
+    assert_allclose(skew(np.array([1.0, 2.0, 3.0])) @ [3.0, -1.0, 2.0], np.cross([1.0, 2.0, 3.0], [3.0, -1.0, 2.0]))
+
+
+@pytest.mark.skipif(
+    not any(RECORDINGS.glob("*.npz")), reason="the recordings of shared/data are not beside the project"
+)
+def test_a_recording_is_read_and_its_imu_slowed_down():
+    path = sorted(RECORDINGS.glob("*.npz"))[1]
+    full, slow = Recorded(path).load(), Recorded(path, imu_hz=10.0).load()
+    assert (full.name, len(full.imu), len(slow.imu)) == (path.stem, 40_000, 4_000)
+    assert_allclose(slow.imu[7, 1:], full.imu[70:80, 1:].mean(axis=0))
+    assert set(onsets(full, np.random.default_rng(0))) == {"straight", "turn"}
 
 
 def test_figures_are_drawn(tmp_path):
