@@ -1,0 +1,64 @@
+import numpy as np
+import pytest
+
+from detectors.navigation.blame import INERTIAL_RARER, NAMED, named, suspicions
+from detectors.navigation.condition import Condition
+from detectors.navigation.ratio import FAMILIES, Explanation
+from detectors.navigation.sample import FaultKind, Sensor
+from detectors.navigation.tests.innovations import dvl_innovation
+
+FAMILY = {(family.sensor, family.kind): family for family in FAMILIES}
+
+
+def explained(sensor, ratio, kind=FaultKind.STEP, size=(0.3, 0.0, 0.4)):
+    return Explanation(FAMILY[sensor, kind], ratio, 10.0, size, (3.0, 0.0, 4.0))
+
+
+def names(**ratios):
+    return set(named([explained(Sensor(sensor), ratio) for sensor, ratio in ratios.items()]))
+
+
+def test_the_sensor_that_explains_it_much_better_is_named():
+    assert names(dvl=50.0, depth=50.0 - NAMED) == {"dvl"}
+    assert names(dvl=50.0, depth=50.1 - NAMED) == {"dvl", "depth"}
+
+
+def test_inertial_sensors_fail_more_rarely():
+    assert names(dvl=50.0, accelerometer=50.0 + INERTIAL_RARER - NAMED) == {"dvl"}
+    assert names(dvl=50.0, accelerometer=50.0 + INERTIAL_RARER) == {"dvl", "accelerometer"}
+    assert names(dvl=50.0, accelerometer=50.0 + INERTIAL_RARER + NAMED) == {"accelerometer"}
+    assert names(gyroscope=50.0, accelerometer=50.0) == {"gyroscope", "accelerometer"}
+
+
+def test_nobody_is_named_without_an_explanation():
+    assert named([]) == ()
+    assert suspicions([], 30.0, {}) == []
+
+
+def test_the_gravest_comes_first():
+    found = suspicions([explained(Sensor.DEPTH, 15.0), explained(Sensor.DVL, 45.0, FaultKind.DRIFT)], 30.0, {})
+    assert [(one.sensor, one.kind, one.score) for one in found] == [
+        (Sensor.DVL, FaultKind.DRIFT, 1.5),
+        (Sensor.DEPTH, FaultKind.STEP, 0.5),
+    ]
+
+
+def test_only_a_drift_has_a_rate():
+    drift, step = suspicions([explained(Sensor.DVL, 45.0, FaultKind.DRIFT), explained(Sensor.DEPTH, 40.0)], 30.0, {})
+    assert drift.rate == pytest.approx(0.5)
+    assert step.rate == 0.0
+    assert drift.size == (3.0, 0.0, 4.0)
+
+
+def stuck():
+    condition = Condition()
+    for number in range(10):
+        condition.update((1.0, 0.0, 0.0), dvl_innovation(float(number), 1.0))
+    return condition
+
+
+@pytest.mark.parametrize(("ratio", "size"), [(40.0, (3.0, 0.0, 4.0)), (3.0, (0.0, 0.0, 0.0))])
+def test_what_shows_in_the_samples_takes_its_size_from_a_likely_explanation(ratio, size):
+    found = suspicions([explained(Sensor.DVL, ratio)], 30.0, {Sensor.DVL: stuck()})
+    assert (found[0].sensor, found[0].kind) == (Sensor.DVL, FaultKind.STUCK)
+    np.testing.assert_array_equal(found[0].size, size)
