@@ -104,7 +104,7 @@ class Pipeline:
 
     @property
     def subjects(self) -> tuple[str, ...]:
-        """Whatever is judged: "thruster 1", ..., "vehicle"."""
+        """Whatever is judged: "thruster 1", ..., "vehicle", "navigation"."""
         return tuple(self._channels)
 
     @property

@@ -30,6 +30,8 @@ UNITS: Mapping[Sensor, str] = {
 }
 # More of them than this have no room in a text by their full names.
 FULL_WORDS = 3
+# Shown with two decimals; of a scale, less says nothing.
+LEAST = 0.00995
 # Names of the axes, forward, right, down: of a positive and of a negative error.
 _ALONG = (("forward", "backward"), ("right", "left"), ("down", "up"))
 _ABOUT = ("roll", "pitch", "yaw")
@@ -103,7 +105,7 @@ def trouble(verdict: SensorVerdict, measured: float | None = None) -> str:
         case FaultKind.STEP:
             what = f"off by {_error(verdict)}"
         case FaultKind.SCALE:
-            what = f"scale off by {_error(verdict)}"
+            what = f"scale off by {_error(verdict)}" if any(map(_shown, verdict.size)) else "scale off"
         case FaultKind.NOISE:
             what = "noisy"
         case FaultKind.INTERMITTENT:
@@ -112,6 +114,10 @@ def trouble(verdict: SensorVerdict, measured: float | None = None) -> str:
             what = "abnormal"
     sure = "" if verdict.level is Level.FAULT else "?"
     return f"{what}{sure}{', isolated' if verdict.isolated else ''}"
+
+
+def _shown(part: float) -> bool:
+    return abs(part) >= LEAST
 
 
 def _error(verdict: SensorVerdict) -> str:
@@ -138,4 +144,4 @@ def _number(value: float) -> str:
     """Two digits or so, and none that says nothing."""
     if abs(value) >= 0.995:
         return f"{value:.1f}"
-    return f"{value:z.2f}" if value == 0.0 or abs(value) >= 0.00995 else f"{value:.1g}"
+    return f"{value:z.2f}" if value == 0.0 or abs(value) >= LEAST else f"{value:.1g}"

@@ -24,6 +24,8 @@ MAV_ESTIMATOR_TYPE_AUTOPILOT = 8
 # No vehicle under water is faster, over any current.
 VELOCITY_MAX_MPS = 20.0
 INTERVAL_MAX_US = 10_000_000
+# By so much do two routes to one sender differ.
+ROUTES_S = 0.02
 # An attitude that is older says nothing of the present one.
 ATTITUDE_MAX_AGE_S = 0.5
 
@@ -109,9 +111,9 @@ class BodyVelocities:
         return self._fresh.accepts(source, time_us, ticks_per_s=10**6, bits=64)
 
     def _came_twice(self, source: str, velocity: Vector, time_s: float, interval_s: float) -> bool:
-        """Without a time, the same again sooner than it can have been measured came by another route."""
+        """Without a time, the same again at once came by another route; a DVL that is stuck repeats itself later."""
         before_s, before = self._newest.get(source, (-INTERVAL_MAX_US, None))
-        twin = velocity == before and time_s - before_s < interval_s / 4.0
+        twin = velocity == before and time_s - before_s < min(interval_s / 4.0, ROUTES_S)
         if twin:
             self._drops["repeated"] += 1
         else:

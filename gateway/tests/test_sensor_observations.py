@@ -43,6 +43,7 @@ WORDS = {
     "DVL off by 1.0 m/s forward, isolated": fault(Sensor.DVL, FaultKind.STEP, (1.02, 0.1, 0.0)),
     "DVL off by 0.30 m/s left, isolated": fault(Sensor.DVL, FaultKind.STEP, (0.1, -0.3, 0.0)),
     "DVL scale off by 0.12 m/s backward, isolated": fault(Sensor.DVL, FaultKind.SCALE, (-0.12, 0.0, 0.0)),
+    "DVL scale off, isolated": fault(Sensor.DVL, FaultKind.SCALE, (0.001, 0.0, 0.0)),
     "DVL noisy, isolated": fault(Sensor.DVL, FaultKind.NOISE),
     "DVL intermittent, isolated": fault(Sensor.DVL, FaultKind.INTERMITTENT),
     "DVL abnormal, isolated": fault(Sensor.DVL, FaultKind.UNCLEAR),

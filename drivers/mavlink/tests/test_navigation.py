@@ -239,7 +239,7 @@ def test_dvl_of_an_unknown_vehicle_waits_for_its_autopilot():
 def test_a_second_route_to_a_sender_without_a_clock_gives_nothing_new():
     decode = decoder()
     assert len(decode.decode(position_delta(), 0.0)) == 1
-    assert decode.decode(position_delta(), 0.02) == []
+    assert decode.decode(position_delta(), 0.015) == []
     assert len(decode.decode(position_delta(), 0.1)) == 1  # the same value again is how a stuck DVL looks
     assert len(decode.decode(position_delta(delta=(0.06, 0.0, 0.0)), 0.11)) == 1
     assert decode.drops == {"repeated": 1}
