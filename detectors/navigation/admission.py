@@ -15,6 +15,9 @@ from detectors.navigation.sample import (
 )
 
 LARGEST = 1e4  # of any number that a sensor says, in its unit
+LARGEST_TIME_S = 1e10  # three centuries since 1970
+# A stamp so far ahead of the IMU's is another clock's.
+AHEAD_S = 10.0
 # A sensor that was silent for so many of its intervals, and so many seconds, is not judged.
 SILENT_INTERVALS, SILENT_S = 5.0, 3.0
 _SMOOTHING = 0.1
@@ -76,6 +79,8 @@ class Admission:
         numbers = numbers_of(sample)
         if not (isfinite(sample.time_s) and all(map(isfinite, numbers))):
             return "not finite"
-        if any(abs(number) > LARGEST for number in numbers):
+        if abs(sample.time_s) > LARGEST_TIME_S or any(abs(number) > LARGEST for number in numbers):
             return "out of range"
+        if not isinstance(sample, ImuSample) and sample.time_s > self._newest_s.get(ImuSample, inf) + AHEAD_S:
+            return "ahead of the IMU"
         return "late or repeated" if sample.time_s <= self._newest_s.get(type(sample), -inf) else ""

@@ -23,6 +23,7 @@ STUCK_OFF = 25.0
 # Squared differences of successive innovations, as shares of twice their noise: how far each counts, over how many
 # samples, and what the mean of healthy ones does not reach.
 SCATTER_CLIP, SCATTER_MEMORY, SCATTER_LIMIT = 9.0, 12.0, 4.5
+NOISY = 0.7
 # Single samples that are off happen to healthy sensors, one in a hundred; so many of so few do not.
 OFF_LIMIT, OFF_MEMORY = 6, 30
 OFF = 9.0  # standard deviations squared, for each component
@@ -64,8 +65,10 @@ class Condition:
     def evidence(self) -> tuple[float, FaultKind]:
         """The strongest, 1.0 being a fault, and which."""
         times_off = sum(now and not before for before, now in pairwise(self._off))
+        noisy = self._scatter / SCATTER_LIMIT
         return max(
             (2.0 if self._stuck_off else 0.0, FaultKind.STUCK),
-            (self._scatter / SCATTER_LIMIT, FaultKind.NOISE),
-            (times_off / OFF_LIMIT, FaultKind.INTERMITTENT),
+            (noisy, FaultKind.NOISE),
+            # what scatters is off at times, too
+            (times_off / OFF_LIMIT * (noisy < NOISY), FaultKind.INTERMITTENT),
         )

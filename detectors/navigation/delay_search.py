@@ -26,13 +26,13 @@ APART_S, TOGETHER_S = 0.9, 2.5
 MOTION_S = 0.05
 # Standard deviations: of what is left of a difference in velocity besides the DVL's noise; of a lever arm; of an
 # acceleration (tilt and bias).
-MODEL_MPS, ARM_M, ACCELERATION_MPS2 = 0.06, 1.5, 0.15
+MODEL_MPS, ARM_M, ACCELERATION_MPS2 = 0.05, 1.5, 0.15
 # Before, the filter's attitude is still too wrong to tell gravity from acceleration.
 ATTITUDE_S = 8.0
 # A difference farther off than this is an outlier at any delay.
 OUTLIER_MPS = 0.5
 # The best delay is known when all that are not its neighbours fit worse by this (in squared standard deviations).
-SURE = 60.0
+SURE = 40.0
 NEIGHBOUR_S = 0.3
 # Clocks drift apart: what was measured so long ago counts for a third.
 MEMORY_S = 120.0

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import Counter, deque
 from collections.abc import Iterator
+from copy import copy
 from dataclasses import dataclass
 from math import exp, hypot, inf
 
@@ -17,6 +18,7 @@ from filterpy.kalman import KalmanFilter
 from numpy.typing import NDArray
 
 from detectors.navigation.config import NavigationConfig
+from detectors.navigation.delay_search import DelaySearch
 from detectors.navigation.error_model import (
     ACCELEROMETER_BIAS,
     ATTITUDE,
@@ -35,6 +37,7 @@ from detectors.navigation.installation import (
     DEPTH_DELAY,
     DVL_DELAY,
     INSTALLED,
+    LEVER_ARM,
     Installation,
     installation_noise,
 )
@@ -63,16 +66,24 @@ Measurement = DvlSample | DepthSample | FixSample | AttitudeSample
 KINDS: tuple[type[Measurement], ...] = (DvlSample, DepthSample, FixSample, AttitudeSample)
 
 STEP_S = 0.1  # longest step of the covariance
+# How often the present follows anew from the corrected past. In between it takes the corrections as they are, without
+# what a tilt or a bias has done to it since then: that would add up.
+CATCH_UP_S = 0.5
 HORIZON_MAX_S = 2.5
 DELAYS = 2.0  # standard deviations of a delay that the horizon waits for
 WAITING_MAX = 64  # measurements of a kind, while the IMU is silent
 # A gap of the IMU: nobody knows how the vehicle moved, so as much is added to the uncertainty, for each second.
 GAP_S = 0.5
 GAP_TURN_RADPS, GAP_ACCELERATION_MPS2 = 0.3, 0.5
+# After it, how long it was does not matter any more, and what was measured meanwhile says nothing.
+GAP_MAX_S = 100.0
 # While the mounting is not known, the model is not even linear in it: caution in the first turns, until so many
 # seconds of turning (at `TURNING_RADPS`, or less at more) have been seen.
 CAUTION, CAUTION_S, TURNING_RADPS = 4.0, 15.0, 0.1
 STRAIGHT_RADPS, STRAIGHT_MPS2 = 0.05, 0.15
+DELAY_KNOWN_S = 0.3
+# What a first guess of delay and lever arm errs by beyond what it knows of.
+GUESS_S, GUESS_M = 0.2, 0.2
 # A single sample farther off than this does not move the filter: squared standard deviations, for each component.
 OUTLIER = 9.0
 # After so many in a row it is not the sample that is off.
@@ -146,7 +157,7 @@ class IntegratedFilter:
         self._constants = np.zeros(ALL_STATES)
         self._constants[INSTALLED] = installation.values
         self._behind, self._present = Strapdown(initial), Strapdown(initial)
-        self._behind_s = self._present_s = initial.time_s
+        self._behind_s = self._present_s = self._caught_up_s = initial.time_s
         self._motion, self._present_motion, self._features = BodyMotion(), BodyMotion(), MotionFeatures()
         self._imu: deque[ImuSample] = deque()
         self._waiting: dict[type[Measurement], deque[Measurement]] = {kind: deque() for kind in KINDS}
@@ -154,6 +165,8 @@ class IntegratedFilter:
         self._unpropagated_s = 0.0
         self._force = np.zeros(3)
         self._turned_s = 0.0
+        delay = DelaySearch(config.dvl_delay_s, config.dvl_lever_arm_m, config.dvl_noise_mps)
+        self._search = delay if self._deviation(DVL_DELAY) > DELAY_KNOWN_S else None
         self._heading_s = -inf
         self._last_s: dict[type[Measurement], float] = {}
         self._located = False
@@ -184,7 +197,7 @@ class IntegratedFilter:
     @property
     def acquainted(self) -> bool:
         """It has seen enough turns to know how the sensors are mounted."""
-        return self._turned_s >= CAUTION_S
+        return self._search is None
 
     def state(self, time_s: float) -> NavigationState:
         """Where the vehicle is now."""
@@ -196,6 +209,9 @@ class IntegratedFilter:
             if sample.time_s - self._heading_s < HEADING_S:
                 return
             self._heading_s = sample.time_s
+        if isinstance(sample, DvlSample) and self._search is not None:
+            self._search.measure(sample)
+            self._settle_delay(self._search)
         waiting = self._waiting[type(sample)]
         if len(waiting) == WAITING_MAX:
             waiting.popleft()
@@ -209,10 +225,17 @@ class IntegratedFilter:
         self._present_s = self._advance(self._present, self._present_s, sample)
         if 0.0 < interval_s <= GAP_S:
             self._present_motion.follow(self._present, sample.angular_rate_radps, interval_s)
+        if self._search is not None:
+            motion = self._present_motion
+            self._search.move(
+                sample.time_s, motion.newest_acceleration_mps2, motion.rate_radps, min(interval_s, GAP_S)
+            )
         self._imu.append(sample)
         horizon_s = sample.time_s - self._horizon_s()
         while self._imu and self._imu[0].time_s <= horizon_s:
             yield from self._step(self._imu.popleft())
+        if sample.time_s - self._caught_up_s >= CATCH_UP_S:
+            self._catch_up()
 
     def correct(self, error: FloatArray, covariance: FloatArray) -> None:
         """Takes in an error (N,) that was found otherwise, and its own uncertainty (N, N)."""
@@ -244,10 +267,16 @@ class IntegratedFilter:
             return last_s
         force, rate = sample.specific_force_mps2, sample.angular_rate_radps
         if interval_s > GAP_S:
-            strapdown.coast(interval_s)
+            strapdown.coast(min(interval_s, GAP_MAX_S))
         else:
             strapdown.advance(force, rate, interval_s)
         return sample.time_s
+
+    def _catch_up(self) -> None:
+        self._caught_up_s = self._present_s
+        self._present, self._present_s = copy(self._behind), self._behind_s
+        for sample in self._imu:
+            self._present_s = self._advance(self._present, self._present_s, sample)
 
     def _horizon_s(self) -> float:
         latest_s = max(self._constants[state] + DELAYS * self._deviation(state) for state in (DVL_DELAY, DEPTH_DELAY))
@@ -261,6 +290,10 @@ class IntegratedFilter:
         if interval_s <= 0.0:
             return
         self._behind_s = self._advance(self._behind, self._behind_s, sample)
+        if interval_s > GAP_MAX_S:
+            interval_s = GAP_MAX_S
+            for waiting in self._waiting.values():
+                waiting.clear()
         if interval_s > GAP_S:
             self._doubt(interval_s)
         else:
@@ -402,12 +435,47 @@ class IntegratedFilter:
         """Updates the filter and corrects the strapdown systems; the gain with which that was done."""
         size = len(innovation)
         _check_shapes(innovation, observation, noise)
-        self._filter.dim_z = size
-        self._filter.update(innovation.reshape(size, 1), R=noise, H=observation)
-        error = self._filter.x[:, 0].copy()
-        self._filter.x[:] = 0.0
+        if self._instructive():
+            self._filter.dim_z = size
+            self._filter.update(innovation.reshape(size, 1), R=noise, H=observation)
+            gain, error = np.asarray(self._filter.K), self._filter.x[:, 0].copy()
+            self._filter.x[:] = 0.0
+        else:
+            gain = self._consider(observation, noise)
+            error = gain @ innovation
         self._feed_back(error)
-        return np.asarray(self._filter.K)
+        return gain
+
+    def _instructive(self) -> bool:
+        """Whether the mounting can be learnt from this moment. While a delay is unknown, what a hull wobbles by is
+        measured at another instant than it was thought, and would only teach that there is no lever arm."""
+        if self._search is not None:
+            return False
+        return self._deviation(DVL_DELAY) < DELAY_KNOWN_S or self._motion.lasts(self._present_motion)
+
+    def _settle_delay(self, search: DelaySearch) -> None:
+        """Begins to learn the mounting from the search's first guess, once there is one."""
+        guess = search.guess()
+        if guess is None:
+            return
+        self._search = None
+        self._constants[DVL_DELAY], self._constants[LEVER_ARM] = guess.delay_s, guess.arm_m
+        covariance = self._filter.P.copy()
+        for states, own in ((slice(DVL_DELAY, DVL_DELAY + 1), GUESS_S**2), (LEVER_ARM, guess.covariance)):
+            covariance[states, :], covariance[:, states] = 0.0, 0.0
+            covariance[states, states] = own
+        covariance[LEVER_ARM, LEVER_ARM] += GUESS_M**2 * np.eye(3)
+        self._filter.P = covariance
+
+    def _consider(self, observation: FloatArray, noise: FloatArray) -> FloatArray:
+        """An update that takes the mounting's uncertainty into account, and leaves it as it is (Schmidt's filter)."""
+        before = self._filter.P
+        shown = before @ observation.T
+        gain = shown @ np.linalg.inv(observation @ shown + noise)
+        gain[INSTALLED] = 0.0
+        kept = np.eye(ALL_STATES) - gain @ observation
+        self._filter.P = kept @ before @ kept.T + gain @ noise @ gain.T
+        return np.asarray(gain)
 
     def _feed_back(self, error: FloatArray) -> None:
         correction = strapdown_error(error)

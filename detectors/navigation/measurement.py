@@ -34,7 +34,10 @@ DVL_TURN_M = 0.15
 DVL_CHANGE_S = 0.1
 DEPTH_CHANGE_S = 0.15
 DEPTH_TURN_M = 0.5
-UNKNOWN_ARM_M = 0.5
+# An unknown delay longer than this makes the turn rate of then another one than that of now; and the arm's first
+# guess errs by about so much.
+LASTING_S, UNKNOWN_ARM_M = 0.2, 1.0
+WOBBLE_RADPS = 0.05  # of a hull on a straight course: the uncertainty of the arm covers it
 # That noise lasts: more samples of the same second say no more.
 ROUGH_S = 1.0
 _DOWN = POSITION.stop - 1
@@ -104,8 +107,10 @@ def compare_dvl(sample: DvlSample, moment: Moment, noise_mps: FloatArray) -> Com
     observation[:, SCALE] = at_place
     observation[:, DVL_DELAY] = -change
     # what an unknown delay does to a motion that changes meanwhile is not in its derivative
-    unsteady_mps = moment.unsteady_mps2 + moment.unsteady_radps * float(np.linalg.norm(arm) + UNKNOWN_ARM_M)
-    unknown = (moment.dvl_delay_error_s * unsteady_mps) ** 2
+    late_s = moment.dvl_delay_error_s
+    turned_radps = min(1.0, late_s / LASTING_S) * max(moment.unsteady_radps - WOBBLE_RADPS, 0.0)
+    turned_mps = turned_radps * (float(np.linalg.norm(arm)) + UNKNOWN_ARM_M)
+    unknown = (late_s * moment.unsteady_mps2 + turned_mps) ** 2
     rough = unknown + moment.caution**2 * (DVL_TURN_M**2 * (rate @ rate) + DVL_CHANGE_S**2 * (change @ change))
     rough *= _repeated(moment)
     return Comparison(np.array(sample.velocity_mps) - to_dvl @ at_place, observation, np.diag(noise_mps**2 + rough))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import dist, exp
+from math import dist, exp, hypot
 
 from detectors.navigation.rotation import cross, rotate_back
 from detectors.navigation.sample import Vector
@@ -12,6 +12,8 @@ from detectors.navigation.strapdown import Strapdown
 SMOOTHING_S = 0.15
 # What lasts shorter than an unknown delay cannot be told from what comes later.
 LASTING_S = 1.0
+# More than what a hull wobbles on a straight course.
+TURNS_RADPS, CHANGES_MPS2 = 0.04, 0.06
 _STILL: Vector = (0.0, 0.0, 0.0)
 
 
@@ -21,14 +23,24 @@ class BodyMotion:
     Attributes:
         rate_radps: (3,) turn rate.
         acceleration_mps2: (3,) change per second of the velocity as the body sees it (not the specific force).
+        newest_rate_radps, newest_acceleration_mps2: (3,) the same, of the newest sample alone.
         lasting_rate_radps, lasting_acceleration_mps2: (3,) the same, smoothed over a second.
     """
 
-    __slots__ = ("acceleration_mps2", "lasting_acceleration_mps2", "lasting_rate_radps", "rate_radps")
+    __slots__ = (
+        "acceleration_mps2",
+        "lasting_acceleration_mps2",
+        "lasting_rate_radps",
+        "newest_acceleration_mps2",
+        "newest_rate_radps",
+        "rate_radps",
+    )
 
     def __init__(self) -> None:
         self.rate_radps: Vector = _STILL
         self.acceleration_mps2: Vector = _STILL
+        self.newest_rate_radps: Vector = _STILL
+        self.newest_acceleration_mps2: Vector = _STILL
         self.lasting_rate_radps: Vector = _STILL
         self.lasting_acceleration_mps2: Vector = _STILL
 
@@ -43,9 +55,17 @@ class BodyMotion:
         change = rotate_back(strapdown.attitude, (north, east, down + gravity))
         change = _less(change, cross(rate, strapdown.body_velocity()))
         self.acceleration_mps2 = _mixed(self.acceleration_mps2, change, keep)
+        self.newest_rate_radps, self.newest_acceleration_mps2 = rate, change
         keep = exp(-interval_s / LASTING_S)
         self.lasting_rate_radps = _mixed(self.lasting_rate_radps, rate, keep)
         self.lasting_acceleration_mps2 = _mixed(self.lasting_acceleration_mps2, change, keep)
+
+    def lasts(self, later: BodyMotion) -> bool:
+        """Whether the vehicle turns or accelerates, and did so a second ago and will: then an unknown delay matters
+        less than what is to be learnt from it."""
+        rate, change = self.unsteady(later)
+        turns = hypot(*self.lasting_rate_radps) > max(TURNS_RADPS, rate)
+        return turns or hypot(*self.lasting_acceleration_mps2) > max(CHANGES_MPS2, change)
 
     def unsteady(self, later: BodyMotion) -> tuple[float, float]:
         """How much turn rate (rad/s) and acceleration (m/s2) differ from those of the second before, and of later."""
