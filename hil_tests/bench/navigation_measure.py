@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import get_args
@@ -14,11 +14,12 @@ from hil_tests.bench.navigation_cases import CASES, PAPER_CASE, Case, Recorded, 
 from hil_tests.bench.navigation_paper import PaperScore, paper_score, paper_trace
 from hil_tests.bench.navigation_positions import DURATION_S, variants, way
 from hil_tests.bench.navigation_scores import DEFAULT, Alarms, Found, alarms, by_case, found, scales_for
-from hil_tests.bench.navigation_trace import Job, MakeWatch, Trace, traces
+from hil_tests.bench.navigation_trace import PLAIN, Job, MakeWatch, Trace, traces
 from hil_tests.bench.processes import results
 from hil_tests.dives import IMU_HZ, Style
 from hil_tests.navigation_trials import Way
 
+PUBLISHED = ("chi_square", "cusum")  # those that need nothing but a filter
 METHODS: tuple[MethodName, ...] = get_args(MethodName)
 RECORDINGS = Path(__file__).parents[3] / "shared" / "data" / "snapir"
 SLOW_HZ = (50.0, 25.0, 10.0)
@@ -34,6 +35,7 @@ class Options:
         runs: random dives. first_seed, style: of them.
         recordings: folder; what is not there is left out.
         only: methods beside the default; none: all.
+        plain: the published methods on the paper's own filter, too.
         both: each fault on a straight leg and in a turn; else the one or the other.
         slow: with slower IMUs as well.
         folds: folder of LSTMs, NAME.npz not having seen the recording NAME.npz; None: the one that ships.
@@ -45,15 +47,22 @@ class Options:
     style: Style = "plain"
     recordings: Path = RECORDINGS
     only: tuple[MethodName, ...] = ()
+    plain: bool = True
     both: bool = False
     slow: bool = True
     folds: Path | None = None
     positions: int = 2
 
     @property
-    def methods(self) -> tuple[str, ...]:
+    def methods(self) -> tuple[MethodName, ...]:
         """Those to be compared, the default last."""
-        return (*(name for name in (self.only or METHODS) if name != DEFAULT), DEFAULT)
+        return (*(name for name in (self.only or METHODS) if name != "ratio"), "ratio")
+
+    @property
+    def compared(self) -> tuple[str, ...]:
+        """Names of their statistics, those on the paper's filter first."""
+        published = [f"{PLAIN}{name}" for name in self.methods if name in PUBLISHED]
+        return (*(published if self.plain else ()), *self.methods)
 
     @property
     def recorded(self) -> list[Recorded]:
@@ -108,7 +117,7 @@ class Rate:
 def judge_all(pool: ProcessPoolExecutor, options: Options, make: MakeWatch) -> list[Trace]:
     """Every recording and every dive, healthy and with each fault."""
     sources: list[Source] = [*options.recorded, *options.simulated]
-    return _judge(pool, options, make, sources, CASES, "dives")
+    return _judge(pool, options, make, sources, CASES, "dives", plain=options.plain)
 
 
 def judge_slow(pool: ProcessPoolExecutor, options: Options, make: MakeWatch) -> dict[float, list[Trace]]:
@@ -132,24 +141,33 @@ def judge_slow(pool: ProcessPoolExecutor, options: Options, make: MakeWatch) -> 
 def judge_paper(
     pool: ProcessPoolExecutor, options: Options, make: MakeWatch, judged: Sequence[Trace]
 ) -> list[PaperScore]:
-    """The paper's protocol on the recordings: by each method's own threshold, by the one at the default's rate of
-    false alarms, and the default with isolation."""
+    """The paper's protocol on the recordings: without isolation, by each method's own threshold and by the one at the
+    default's rate of false alarms; and with it."""
     recorded = options.recorded
-    futures = {
-        isolate: [
-            pool.submit(paper_trace, source, replace(options.config(source), isolate=isolate), make)
-            for source in recorded
-        ]
-        for isolate in (False, True)
-    }
     if not recorded:
         return []
-    plain, isolating = (results(futures[isolate], "paper 003") for isolate in (False, True))
+    using_all, isolating = _paper_futures(pool, options, make)
     scales = scales_by_method(options, [one for one in judged if one.group == recorded[0].group])
-    methods = [name for name in options.methods if name != DEFAULT]
-    own = [paper_score(name, plain) for name in options.methods]
-    equal = [paper_score(name, plain, scales[name]) for name in methods]
-    return [*own, *equal, paper_score(DEFAULT, isolating)]
+    seen = results(using_all, "paper 003")
+    scores = [paper_score(name, seen) for name in options.compared]
+    scores += [paper_score(name, seen, scales[name]) for name in options.compared]
+    return scores + [paper_score(name, results(one, "paper 003")) for name, one in isolating.items()]
+
+
+def _paper_futures(
+    pool: ProcessPoolExecutor, options: Options, make: MakeWatch
+) -> tuple[list[Future[Trace]], dict[MethodName, list[Future[Trace]]]]:
+    """Of all methods without isolation, and with it, by the method that isolates."""
+    configs = [(source, options.config(source)) for source in options.recorded]
+    using_all = [
+        pool.submit(paper_trace, source, replace(config, isolate=False), make, options.plain)
+        for source, config in configs
+    ]
+    isolating = {
+        name: [pool.submit(paper_trace, source, replace(config, method=name), make) for source, config in configs]
+        for name in options.methods
+    }
+    return using_all, isolating
 
 
 def judge_positions(pool: ProcessPoolExecutor, options: Options, make: MakeWatch) -> list[Way]:
@@ -164,23 +182,24 @@ def judge_positions(pool: ProcessPoolExecutor, options: Options, make: MakeWatch
 
 
 def scales_by_method(options: Options, judged: Sequence[Trace]) -> dict[str, dict[str, float]]:
-    """For each method but the default, and each dive, the threshold at the default's rate of false alarms."""
+    """For each method and each dive, the threshold at the rate of false alarms that the default really has: the
+    default's too, which its own is not tuned down to."""
     healthy = _healthy(judged, isolate=False)
     wanted = alarms(DEFAULT, _healthy(judged, isolate=True)).per_hour
-    return {name: scales_for(name, healthy, wanted) for name in options.methods if name != DEFAULT}
+    return {name: scales_for(name, healthy, wanted) for name in options.compared}
 
 
 def group_of(name: str, options: Options, judged: Sequence[Trace]) -> Group:
     """One set of dives, summed up."""
     scales = scales_by_method(options, judged)
     plain, isolating = _healthy(judged, isolate=False), _healthy(judged, isolate=True)
-    own_alarms = [alarms(one, isolating if one == DEFAULT else plain) for one in options.methods]
+    own_alarms = [alarms(one, isolating if one == DEFAULT else plain) for one in options.compared]
     cases = by_case(judged)
     return Group(
         name=name,
         healthy=[*own_alarms, *(alarms(one, plain, scales[one]) for one in scales)],
-        found=[found(one, trials, scales.get(one)) for trials in cases.values() for one in options.methods],
-        own=[found(one, trials) for trials in cases.values() for one in options.methods],
+        found=[found(one, trials, scales[one]) for trials in cases.values() for one in options.compared],
+        own=[found(one, trials) for trials in cases.values() for one in options.compared],
         straight=_where(cases, "straight"),
         turning=_where(cases, "turn"),
         ms_per_s=1e3 * sum(one.seconds for one in isolating) / sum(one.data_s for one in isolating),
@@ -208,9 +227,11 @@ def _judge(
     sources: Sequence[Source],
     cases: tuple[Case, ...],
     what: str,
+    *,
+    plain: bool = False,
 ) -> list[Trace]:
     futures = [
-        pool.submit(traces, Job(source, cases, options.config(source), make, options.both, number))
+        pool.submit(traces, Job(source, cases, options.config(source), make, options.both, number, plain))
         for number, source in enumerate(sources)
     ]
     return [trace for found_ in results(futures, what) for trace in found_]

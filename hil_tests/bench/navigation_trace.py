@@ -20,6 +20,7 @@ from hil_tests.navigation_trials import Record, Watch, faulty, play, samples
 FloatArray = NDArray[np.float64]
 MakeWatch = Callable[[NavigationConfig, NavigationState], Watch]
 
+PLAIN = "plain "  # before the name of a method: on the paper's filter
 BEFORE_S = 3.0  # of a fault are played, too: who has been in alarm then does not find it
 
 
@@ -65,6 +66,7 @@ class Job:
         number: of the dive, so that not every dive has the same fault in a turn.
         config: of the detector. isolate: it is played with and without isolation; with faults, without.
         make: makes the detector.
+        plain: the statistics on the paper's filter, too.
     """
 
     source: Source
@@ -73,6 +75,7 @@ class Job:
     make: MakeWatch
     both: bool = False
     number: int = 0
+    plain: bool = False
 
 
 def traces(job: Job) -> list[Trace]:
@@ -81,6 +84,25 @@ def traces(job: Job) -> list[Trace]:
     Until the first FAULT, isolation makes no difference; without it, the statistics of all methods go on from there.
     """
     data = job.source.load()
+    found = _traces(job, data)
+    if not job.plain:
+        return found
+    plain = _traces(replace(job, config=plain_config(job.config)), data)
+    return [with_plain(one, other) for one, other in zip(found, plain, strict=True)]
+
+
+def plain_config(config: NavigationConfig) -> NavigationConfig:
+    """With the filter of paper 003, section 3: its sixteen states know nothing of how the sensors are mounted."""
+    return replace(config, estimate_installation=False, compare=False)
+
+
+def with_plain(trace: Trace, plain: Trace) -> Trace:
+    """A trace with the statistics of another, of the paper's filter, under names of their own."""
+    others = {f"{PLAIN}{name}": values for name, values in plain.statistics.items()}
+    return replace(trace, statistics={**trace.statistics, **others})
+
+
+def _traces(job: Job, data: NavigationData) -> list[Trace]:
     initial = initial_of(job.source, data)
     watch = job.make(replace(job.config, isolate=False), initial)
     begins = onsets(data, np.random.default_rng(seed_of(job.source)))

@@ -7,6 +7,7 @@ from rich.console import Console
 
 from hil_tests.bench.decoding import dbc_status, esc_status, mavlink_stream, raw_command
 from hil_tests.bench.figures import console_beside, shared_options, write
+from hil_tests.bench.navigation_timing import navigation_watch
 from hil_tests.bench.predictor_timing import has_onnx, predictor_step
 from hil_tests.bench.processes import processes, results
 from hil_tests.bench.speed_timing import speed_watch
@@ -18,6 +19,7 @@ WORKS = {
     "refit": refit,
     "whole run": whole_run,
     "speed watch": speed_watch,
+    "navigation watch": navigation_watch,
     "esc.Status": esc_status,
     "esc.RawCommand": raw_command,
     "DBC": dbc_status,

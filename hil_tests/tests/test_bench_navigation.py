@@ -67,6 +67,16 @@ class StandIn:
         )  # fmt: skip
 
 
+class Installed(StandIn):
+    """Is three times as restless where it does not learn how the sensors are mounted."""
+
+    def update(self, sample):
+        verdict = super().update(sample)
+        if self.config.estimate_installation:
+            return verdict
+        return replace(verdict, statistics={name: 3.0 * value for name, value in verdict.statistics.items()})
+
+
 class Inline:
     """A pool that does what it is asked for at once."""
 
@@ -186,7 +196,7 @@ def test_the_papers_segments_are_missed_found_and_falsely_alarmed():
     statistic = peaks((70, 1.0), (71, 1.0), (110, 1.0), (210, 1.0), (249, 1.0), (252, 1.0), (302, 1.0))
     score = paper_score("chi_square", [trace(statistic, case=PAPER_CASE)])
     # found after 20 s; never; in alarm before it; never (an alarm just after a fault is its own)
-    assert (score.segments, score.missed, score.median_s) == (4, 3, 20.0)
+    assert (score.segments, score.missed, score.early, score.median_s) == (4, 2, 1, 20.0)
     assert score.false_segments == 2  # 110 and 210
     assert score.missed_share == pytest.approx(1.0 - 3 / 200)
     assert score.false_share == pytest.approx(4 / 200)
@@ -241,6 +251,14 @@ def test_a_fault_goes_on_from_the_healthy_dive(judged):
     before = step.time_s < step.onset_s
     at = np.searchsorted(healthy.time_s, step.time_s[before])
     assert_allclose(step.statistics["cusum"][before], healthy.statistics["cusum"][at])
+
+
+def test_the_papers_filter_stands_beside_ours():
+    job = Job(Simulated(0, duration_s=200.0, imu_hz=10.0), (STEP,), NavigationConfig(), Installed, plain=True)
+    (isolating, using_all, step) = traces(job)
+    for one in (isolating, using_all, step):
+        assert_allclose(one.statistics["plain cusum"], 3.0 * one.statistics["cusum"])
+    assert Options(only=("lstm", "cusum")).compared == ("plain cusum", "lstm", "cusum", "ratio")
 
 
 def test_fixes_take_over_while_the_dvl_is_isolated():
@@ -314,7 +332,7 @@ def test_figures_are_drawn(tmp_path):
 
 def test_all_is_measured_and_shown():
     options = Options(runs=2, recordings=RECORDINGS / "absent", positions=1, only=("chi_square",))
-    short = replace(options)
+    short = replace(options, plain=False)
     judged = [
         one
         for number in range(2)
@@ -323,7 +341,7 @@ def test_all_is_measured_and_shown():
         )
     ]
     group = group_of("random dives", short, judged)
-    assert [score.method for score in group.healthy] == ["chi_square", "ratio", "chi_square"]
+    assert [score.method for score in group.healthy] == ["chi_square", "ratio", "chi_square", "ratio"]
     assert len(group.found) == 2 * len(CASES)
     figures = Figures(short, [group], {"random dives": named(judged)}, [], {"no faults": [(1.0, 2.0)]}, [], COST)
     console = Console(width=160, record=True, file=None, quiet=False)
