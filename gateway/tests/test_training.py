@@ -7,12 +7,13 @@ import pytest
 
 from detectors.navigation.lstm import INPUTS, Predictor
 from gateway.tests.dives import dives, record
+from gateway.training.records import splits
 from gateway.training.settings import Hyperparameters, Search, TrainingSettings
 
 torch = pytest.importorskip("torch", reason='training needs PyTorch: pip install ".[train]"', exc_type=ImportError)
 
 from gateway.training.checkpoint import Checkpoint, CheckpointError, fingerprint  # noqa: E402
-from gateway.training.evaluation import evaluate  # noqa: E402
+from gateway.training.evaluation import evaluate, pooled  # noqa: E402
 from gateway.training.fit import Fitting, Training  # noqa: E402
 from gateway.training.leave_one_out import folds, settings_of  # noqa: E402
 from gateway.training.network import Batch, Network, Scaling  # noqa: E402
@@ -33,7 +34,7 @@ def same(one, other):
 
 def test_numpy_says_what_torch_says():
     network = Network(17, seed=3)
-    model = fitting(dives(), TrainingSettings(hyperparameters=QUICK, validate=False)).run()
+    model = fitting(dives(), TrainingSettings(hyperparameters=QUICK, splits=0)).run()
     model = replace(model, **network.arrays())
     rows = 2.0 * np.random.default_rng(5).normal(size=(50, INPUTS))
     inputs = np.clip((rows - model.input_mean) / model.input_scale, -5.0, 5.0)
@@ -51,15 +52,28 @@ def test_learns_what_can_be_known_of_a_dive_it_has_not_seen():
     settings = TrainingSettings(hyperparameters=Hyperparameters(learning_rate=0.01, hidden=24, epochs=40))
     model = fitting(known, settings).run()
     figures = model.provenance["figures"]
-    assert len(model.provenance["validated_with"]) == 2
+    assert model.provenance["validated_with"] == sorted(one.name for one in known)
     assert min(figures["zero"]) > 0.12
     assert max(figures["predicted"]) < 0.5 * min(figures["zero"])
     unseen = evaluate(model, [record("another", count=300, seed=77)])
     assert max(unseen.predicted) < 0.5 * min(unseen.mean)
 
 
+def test_figures_are_those_of_the_recordings_left_out_each_split_by_its_own_model():
+    records, settings = dives(7), TrainingSettings(hyperparameters=QUICK, splits=2, seed=3)
+    said = fitting(records, settings).run().provenance
+    parts = []
+    for training, validation in splits(records, seed=3, count=2):
+        alone = fitting(training, replace(settings, splits=0)).run()
+        parts.append(evaluate(alone, validation))
+    assert said["figures"] == asdict(pooled(parts))
+    np.testing.assert_allclose(
+        said["figures"]["zero"], np.sqrt(np.mean([np.square(part.zero) for part in parts], axis=0))
+    )
+
+
 def test_zero_and_mean_are_measured_as_they_are_meant():
-    model = fitting(dives(), TrainingSettings(hyperparameters=QUICK, validate=False)).run()
+    model = fitting(dives(), TrainingSettings(hyperparameters=QUICK, splits=0)).run()
     dive = record("another", count=30, seed=9)
     figures = evaluate(model, [dive])
     np.testing.assert_allclose(figures.zero, np.sqrt((dive.innovation**2).mean(axis=0)))
@@ -69,7 +83,7 @@ def test_zero_and_mean_are_measured_as_they_are_meant():
 
 def test_same_seed_same_model_and_another_seed_another():
     def trained(seed):
-        return fitting(dives(), TrainingSettings(hyperparameters=QUICK, seed=seed, validate=False)).run()
+        return fitting(dives(), TrainingSettings(hyperparameters=QUICK, seed=seed, splits=0)).run()
 
     assert same(trained(1), trained(1))
     assert not same(trained(1), trained(2))
@@ -97,7 +111,7 @@ def stopping_after(epochs):
     return observe
 
 
-SEARCHING = TrainingSettings(hyperparameters=None, search=Search(particles=2, iterations=1), seed=4)
+SEARCHING = TrainingSettings(hyperparameters=None, search=Search(particles=2, iterations=1), seed=4, splits=2)
 
 
 @pytest.fixture
@@ -135,7 +149,7 @@ def test_begun_anew_it_looks_at_no_checkpoint(tmp_path):
     settings, path, epochs = TrainingSettings(hyperparameters=QUICK), tmp_path / "model.part", []
     fitting(dives(), settings, path).run()
     fitting(dives(), settings, path, resume=False, observer=epochs.append).run()
-    assert len(epochs) == 2 * QUICK.epochs
+    assert len(epochs) == settings.trainings * QUICK.epochs == 6 * QUICK.epochs
 
 
 def test_a_checkpoint_of_another_training_is_refused(tmp_path):
@@ -201,7 +215,7 @@ def test_each_fold_is_trained_on_all_recordings_but_the_one_that_it_is_measured_
     assert [fold.left_out for fold in made] == [one.name for one in records]
     for fold, left_out in zip(made, records, strict=True):
         others = [other for other in records if other.name != fold.left_out]
-        alone = fitting(others, TrainingSettings(hyperparameters=QUICK, seed=6, validate=False)).run()
+        alone = fitting(others, TrainingSettings(hyperparameters=QUICK, seed=6, splits=0)).run()
         assert same(fold.model, alone)
         assert fold.figures == evaluate(alone, [left_out])
         assert left_out.name not in fold.model.provenance["recordings"]
@@ -216,6 +230,6 @@ def test_folds_want_recordings_that_can_be_told_apart():
 
 
 def test_a_model_that_does_not_tell_its_hyperparameters_gives_no_settings():
-    model = fitting(dives(), TrainingSettings(hyperparameters=QUICK, validate=False)).run()
+    model = fitting(dives(), TrainingSettings(hyperparameters=QUICK, splits=0)).run()
     with pytest.raises(ValueError, match="does not say what it was made with"):
         settings_of(replace(model, provenance={}))

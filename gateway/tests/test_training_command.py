@@ -46,7 +46,7 @@ def test_innovations_of_a_healthy_dive(reference):
     assert len(record.time_s) > 20
     assert (np.diff(record.time_s) > 0).all()
     later = record.time_s > 20.0
-    assert np.abs(record.innovation[later]).max() < 0.1
+    assert np.abs(record.innovation[later]).max() < 0.3
     assert (record.innovation[later] ** 2 / record.variance[later]).mean() < 2.0
     means = record.features[later].mean(axis=0)
     np.testing.assert_allclose(means[:6], 0.0, atol=0.02)

@@ -36,8 +36,8 @@ def _verbatim(docstring: str | None) -> str:
 HELP = f"""Train the navigation watch's predictor of innovations on recordings of healthy dives.
 
 Each DATA is one dive. The more dives, and the more like those to come, the better: what was never seen is not
-foretold. Learning rate, hidden units and epochs are searched for by a particle swarm, on four fifths of the
-recordings, for the least error on the others; the model is then trained on all. With {SEARCHED}, all three, there is
+foretold. Learning rate, hidden units and epochs are searched for by a particle swarm: training on four fifths of the
+recordings, for the least error on the others. The model is then trained on all. With {SEARCHED}, all three, there is
 no search.
 
 Stopped by Ctrl-C, the same command goes on where it was.
@@ -52,6 +52,9 @@ Stopped by Ctrl-C, the same command goes on where it was.
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of all that is drawn.")
 @click.option("--particles", type=click.IntRange(min=2), default=Search().particles, show_default=True)
 @click.option("--iterations", type=click.IntRange(min=1), default=Search().iterations, show_default=True)
+@click.option(
+    "--splits", type=click.IntRange(1, 5), default=5, show_default=True, help="To validate; the paper's: 1."
+)
 @click.option("--hidden", type=click.IntRange(min=1), help="Hidden units; the paper's: 128.")
 @click.option("--learning-rate", type=click.FloatRange(min=0.0, min_open=True), help="The paper's: 0.01.")
 @click.option("--epochs", type=click.IntRange(min=1), help="How often the data are gone through.")
@@ -62,6 +65,7 @@ def navigation(
     seed: int,
     particles: int,
     iterations: int,
+    splits: int,
     hidden: int | None,
     learning_rate: float | None,
     epochs: int | None,
@@ -72,6 +76,7 @@ def navigation(
         hyperparameters=_hyperparameters(hidden, learning_rate, epochs),
         search=Search(particles=particles, iterations=iterations),
         seed=seed,
+        splits=splits,
     )
     with _said():
         _train(data, out, settings, resume)

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from math import sqrt
 from pathlib import Path
-from statistics import fmean
 from types import TracebackType
 from typing import Any, TypeVar
 
@@ -14,7 +12,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from detectors.navigation.lstm import Model
-from gateway.training.evaluation import Four
+from gateway.training.evaluation import Figures, pooled
 from gateway.training.fit import Stage
 from gateway.training.leave_one_out import Fold
 
@@ -59,20 +57,14 @@ def print_folds(folds: Sequence[Fold]) -> None:
     """How well each model does on the recording that it has not seen."""
     table = _table("RMS error of innovations, by predictor / by zero", "left out")
     for fold in folds:
-        both = zip(fold.figures.predicted, fold.figures.zero, strict=True)
-        table.add_row(fold.left_out, *(_beside(*one) for one in both))
-    ours, zero = (_pooled([getattr(fold.figures, name) for fold in folds]) for name in ("predicted", "zero"))
-    table.add_row("all", *(_beside(*one) for one in zip(ours, zero, strict=True)))
+        table.add_row(fold.left_out, *_cells(fold.figures))
+    table.add_row("all", *_cells(pooled([fold.figures for fold in folds])))
     Console().print(table)
 
 
-def _beside(ours: float, zero: float) -> str:
-    return f"{1e3 * ours:.1f} / {1e3 * zero:.1f}"
-
-
-def _pooled(errors: Sequence[Four]) -> list[float]:
-    """Of recordings that count alike."""
-    return [sqrt(fmean(error**2 for error in column)) for column in zip(*errors, strict=True)]
+def _cells(figures: Figures) -> list[str]:
+    both = zip(figures.predicted, figures.zero, strict=True)
+    return [f"{1e3 * ours:.1f} / {1e3 * zero:.1f}" for ours, zero in both]
 
 
 def print_summary(model: Model, path: Path) -> None:
@@ -82,11 +74,11 @@ def print_summary(model: Model, path: Path) -> None:
     count = len(about["recordings"])
     console.print(f"{path}: {model.hidden} hidden units, trained on {about['samples']} samples of {count} recordings")
     if about["figures"] is not None:
-        console.print(_figures_table(about["figures"], ", ".join(about["validated_with"])))
+        console.print(_figures_table(about["figures"], len(about["validated_with"])))
 
 
-def _figures_table(figures: Mapping[str, Any], recordings: str) -> Table:
-    table = _table(f"RMS error of innovations on {recordings}, left out", "foretold by")
+def _figures_table(figures: Mapping[str, Any], count: int) -> Table:
+    table = _table(f"RMS error of innovations on what was left out of {count} recordings", "foretold by")
     for title, key in ROWS.items():
         table.add_row(title, *(f"{1e3 * value:.1f}" for value in figures[key]))
     return table

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import sqrt
+from statistics import fmean
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +45,21 @@ def evaluate(model: Model, records: Sequence[InnovationRecord]) -> Figures:
         zero=_errors(true),
         mean=_errors(true - model.output_mean),
     )
+
+
+def pooled(figures: Sequence[Figures]) -> Figures:
+    """Of several sets of recordings that count alike."""
+    return Figures(
+        fitness=sqrt(fmean(one.fitness**2 for one in figures)),
+        predicted=_pooled([one.predicted for one in figures]),
+        zero=_pooled([one.zero for one in figures]),
+        mean=_pooled([one.mean for one in figures]),
+    )
+
+
+def _pooled(errors: Sequence[Four]) -> Four:
+    forward, right, down, depth = (sqrt(fmean(one**2 for one in column)) for column in zip(*errors, strict=True))
+    return forward, right, down, depth
 
 
 def _errors(difference: FloatArray) -> Four:

@@ -16,10 +16,10 @@ from detectors.navigation.lstm import Model, Predictor
 from detectors.thruster.swarm import Dimension, MultiCentreSwarm, Position
 from gateway.navigation_data import NavigationData
 from gateway.training.checkpoint import Checkpoint
-from gateway.training.evaluation import Figures, evaluate
+from gateway.training.evaluation import Figures, evaluate, pooled
 from gateway.training.innovations import innovations
 from gateway.training.network import Batch, Scaling, Training
-from gateway.training.records import InnovationRecord, interval_s, split
+from gateway.training.records import InnovationRecord, Split, interval_s, splits
 from gateway.training.settings import Hyperparameters, Search, TrainingSettings
 
 # Paper 003, section 5.2; both learning factors of its swarm.
@@ -28,8 +28,8 @@ ATTRACTION = 2.0
 # Logarithm of the learning rate, hidden units, epochs. What the paper's swarm found is this one's prior knowledge.
 DIMENSIONS = (
     Dimension(log10(1e-3), log10(3e-2)),
-    Dimension(8, 160, integer=True),
-    Dimension(10, 120, integer=True),
+    Dimension(8, 128, integer=True),
+    Dimension(10, 60, integer=True),
 )
 
 
@@ -79,7 +79,7 @@ class Fitting:
         observer: Observer = ignore,
     ) -> None:
         self._records = records
-        self._training, self._validation = split(records, settings.seed)
+        self._splits = splits(records, settings.seed, settings.splits)
         self._interval_s = interval_s(records)
         self._settings = settings
         self._checkpoint = checkpoint
@@ -94,9 +94,7 @@ class Fitting:
 
     def _run(self) -> Model:
         hyperparameters = self._settings.hyperparameters or self._found()
-        figures = None
-        if self._settings.validate or self._settings.hyperparameters is None:
-            figures = self._validated(hyperparameters)
+        figures = self._validated(hyperparameters) if self._settings.splits else None
         model = self._trained("all recordings", self._records, hyperparameters)
         return replace(model, provenance=self._provenance(hyperparameters, figures))
 
@@ -108,13 +106,18 @@ class Fitting:
         return self._validated(_hyperparameters(position)).fitness
 
     def _validated(self, hyperparameters: Hyperparameters) -> Figures:
-        """The figures on the recordings left out; known already where a search met the same before."""
-        name = f"validation, {hyperparameters!r}"
+        """The figures on recordings left out; known already where a search met the same before."""
+        parts = [self._part(number, split, hyperparameters) for number, split in enumerate(self._splits)]
+        figures = pooled(parts)
+        self._best = figures.fitness if self._best is None else min(self._best, figures.fitness)
+        return figures
+
+    def _part(self, number: int, split: Split, hyperparameters: Hyperparameters) -> Figures:
+        name = f"split {number}, {hyperparameters!r}"
         figures = self._checkpoint.result(name)
         if figures is None:
-            figures = evaluate(self._trained(name, self._training, hyperparameters), self._validation)
+            figures = evaluate(self._trained(name, split.training, hyperparameters), split.validation)
             self._checkpoint.finish(name, figures)
-        self._best = figures.fitness if self._best is None else min(self._best, figures.fitness)
         return figures
 
     def _trained(self, name: str, records: Sequence[InnovationRecord], hyperparameters: Hyperparameters) -> Model:
@@ -143,7 +146,7 @@ class Fitting:
             "seed": self._settings.seed,
             "hyperparameters": asdict(hyperparameters),
             "search": asdict(self._settings.search) if searched else None,
-            "validated_with": [record.name for record in self._validation] if figures else [],
+            "validated_with": sorted(record.name for split in self._splits for record in split.validation),
             "figures": asdict(figures) if figures else None,
             "torch": str(torch.__version__),
             "numpy": np.__version__,

@@ -30,7 +30,7 @@ def settings_of(model: Model) -> TrainingSettings:
     """
     try:
         hyperparameters = Hyperparameters(**model.provenance["hyperparameters"])
-        return TrainingSettings(hyperparameters=hyperparameters, seed=model.provenance["seed"], validate=False)
+        return TrainingSettings(hyperparameters=hyperparameters, seed=model.provenance["seed"], splits=0)
     except (KeyError, TypeError) as error:
         raise ValueError(f"the model does not say what it was made with ({error}): train it anew") from error
 

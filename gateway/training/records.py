@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +13,7 @@ from detectors.navigation.lstm import INPUTS, OUTPUTS
 
 FloatArray = NDArray[np.float64]
 
-VALIDATION_SHARE = 0.2  # paper 003, section 5.2
-# As many recordings as it takes for that share to be whole ones.
-WHOLE_MIN = 5
+FIFTHS = 5  # four to train on, one to validate with: paper 003, section 5.2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,6 +63,13 @@ class InnovationRecord:
         )
 
 
+class Split(NamedTuple):
+    """What is trained on, and what the result is validated with."""
+
+    training: list[InnovationRecord]
+    validation: list[InnovationRecord]
+
+
 def interval_s(records: Sequence[InnovationRecord]) -> float:
     """The median time between two samples.
 
@@ -76,29 +82,37 @@ def interval_s(records: Sequence[InnovationRecord]) -> float:
     return float(np.median(intervals))
 
 
-def split(records: Sequence[InnovationRecord], seed: int) -> tuple[list[InnovationRecord], list[InnovationRecord]]:
-    """Four fifths to train on, and one to validate with (paper 003, section 5.2).
+def splits(records: Sequence[InnovationRecord], seed: int, count: int) -> list[Split]:
+    """Ways to part the records: four fifths to train on, and one to validate with (paper 003, section 5.2).
 
     Whole dives where there are five or more, drawn by the seed: neighbouring seconds of one dive are so much alike
-    that parts of it would tell little of dives not seen. With fewer, the last fifth of each.
+    that parts of it would tell little of dives not seen. With fewer, one way: the last fifth of each.
+
+    Args:
+        records: healthy dives.
+        seed: of the draw.
+        count: how many ways, 0 to 5; in five, each dive is left out once.
 
     Raises:
         ValueError: no records, or one too short to be cut.
     """
     if not records:
         raise ValueError("no recordings: want one or more")
-    if len(records) < WHOLE_MIN:
-        return _cut(records)
-    order = np.random.default_rng(seed).permutation(len(records))
-    held_out = set(order[: round(VALIDATION_SHARE * len(records))].tolist())
-    training = [record for number, record in enumerate(records) if number not in held_out]
-    return training, [records[number] for number in sorted(held_out)]
+    if len(records) < FIFTHS:
+        return [_cut(records)] if count else []
+    fifths = np.array_split(np.random.default_rng(seed).permutation(len(records)), FIFTHS)[::-1]
+    return [_without(records, set(fifth.tolist())) for fifth in fifths[:count]]
 
 
-def _cut(records: Sequence[InnovationRecord]) -> tuple[list[InnovationRecord], list[InnovationRecord]]:
-    ends = [round((1.0 - VALIDATION_SHARE) * len(record.time_s)) for record in records]
+def _without(records: Sequence[InnovationRecord], left_out: set[int]) -> Split:
+    training = [record for number, record in enumerate(records) if number not in left_out]
+    return Split(training, [records[number] for number in sorted(left_out)])
+
+
+def _cut(records: Sequence[InnovationRecord]) -> Split:
+    ends = [len(record.time_s) - round(len(record.time_s) / FIFTHS) for record in records]
     for record, end in zip(records, ends, strict=True):
         if not 0 < end < len(record.time_s):
             raise ValueError(f"{record.name}: {len(record.time_s)} samples of the DVL: want 3 or more")
     training = [record.part(slice(end)) for record, end in zip(records, ends, strict=True)]
-    return training, [record.part(slice(end, None)) for record, end in zip(records, ends, strict=True)]
+    return Split(training, [record.part(slice(end, None)) for record, end in zip(records, ends, strict=True)])
