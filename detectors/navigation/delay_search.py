@@ -24,15 +24,15 @@ EARLIEST_S, LATEST_S, STEP_S = -1.25, 2.0, 0.25
 # most so far, so that the inertial one is none.
 APART_S, TOGETHER_S = 0.9, 2.5
 MOTION_S = 0.05
-# Standard deviations: of what is left of a difference in velocity besides the DVL's noise; of a lever arm; of an
-# acceleration (tilt and bias).
-MODEL_MPS, ARM_M, ACCELERATION_MPS2 = 0.05, 1.5, 0.15
+# Standard deviations: of a difference in velocity that a model explains, at least; of a lever arm; of an acceleration
+# (tilt and bias).
+LEAST_MPS, ARM_M, ACCELERATION_MPS2 = 0.015, 1.5, 0.15
 # Before, the filter's attitude is still too wrong to tell gravity from acceleration.
 ATTITUDE_S = 8.0
 # A difference farther off than this is an outlier at any delay.
 OUTLIER_MPS = 0.5
-# The best delay is known when all that are not its neighbours fit worse by this (in squared standard deviations).
-SURE = 40.0
+# The best delay is known when all that are not its neighbours fit worse by this, in squares of what it leaves over.
+SURE = 60.0
 NEIGHBOUR_S = 0.3
 # Clocks drift apart: what was measured so long ago counts for a third.
 MEMORY_S = 120.0
@@ -58,7 +58,8 @@ class DelaySearch:
 
     def __init__(self, delay_s: float, arm_m: Vector, noise_mps: float) -> None:
         self._delays_s = delay_s + np.arange(EARLIEST_S, LATEST_S + 0.5 * STEP_S, STEP_S)
-        self._variance = 2.0 * noise_mps**2 + MODEL_MPS**2
+        self._variance = 2.0 * noise_mps**2 + LEAST_MPS**2
+        self._count = 0.0
         count = len(self._delays_s)
         prior = np.array([ACCELERATION_MPS2] * 3 + [ARM_M] * 3) ** 2
         self._prior = np.tile(np.diag(self._variance / prior), (count, 1, 1))
@@ -95,14 +96,16 @@ class DelaySearch:
     def guess(self) -> Guess | None:
         """The delay and what belongs to it, once it is known."""
         solved = np.linalg.solve(self._information, self._correlation[..., np.newaxis])[..., 0]
-        costs = (self._squares - (self._correlation * solved).sum(axis=-1)) / self._variance
-        best = int(np.argmin(costs))
+        left = self._squares - (self._correlation * solved).sum(axis=-1)
+        best = int(np.argmin(left))
+        variance = max(self._variance, float(left[best]) / max(3.0 * self._count, 1.0))
+        costs = left / variance
         others = np.abs(self._delays_s - self._delays_s[best]) > NEIGHBOUR_S
         if not 0 < best < len(costs) - 1 or costs[others].min() < costs[best] + SURE:
             return None
-        left, middle, right = costs[best - 1 : best + 2]
-        shift = 0.5 * (left - right) / (left - 2.0 * middle + right)
-        covariance = self._variance * np.linalg.inv(self._information[best])
+        earlier, middle, later = costs[best - 1 : best + 2]
+        shift = 0.5 * (earlier - later) / (earlier - 2.0 * middle + later)
+        covariance = variance * np.linalg.inv(self._information[best])
         delay_s = float(self._delays_s[best] + STEP_S * shift)
         return Guess(delay_s, self._expected + solved[best, 3:], covariance[3:, 3:])
 
@@ -126,4 +129,5 @@ class DelaySearch:
         keep = exp((before.time_s - now.time_s) / MEMORY_S)
         self._information = self._prior + keep * (self._information - self._prior) + transposed @ regressors
         self._correlation = keep * self._correlation + (transposed @ left[..., np.newaxis])[..., 0]
+        self._count = keep * self._count + 1.0
         self._squares = keep * self._squares + (left**2).sum(axis=-1)

@@ -79,11 +79,13 @@ GAP_TURN_RADPS, GAP_ACCELERATION_MPS2 = 0.3, 0.5
 GAP_MAX_S = 100.0
 # While the mounting is not known, the model is not even linear in it: caution in the first turns, until so many
 # seconds of turning (at `TURNING_RADPS`, or less at more) have been seen.
-CAUTION, CAUTION_S, TURNING_RADPS = 4.0, 15.0, 0.1
+CAUTION, CAUTION_S, TURNING_RADPS = 2.0, 15.0, 0.1
 STRAIGHT_RADPS, STRAIGHT_MPS2 = 0.05, 0.15
 DELAY_KNOWN_S = 0.3
 # What a first guess of delay and lever arm errs by beyond what it knows of.
 GUESS_S, GUESS_M = 0.2, 0.2
+SEARCHED = [*range(ALL_STATES)[LEVER_ARM], DVL_DELAY]
+UNKNOWN_LASTS_S = 5.0  # what these do to samples, while they are unknown
 # A single sample farther off than this does not move the filter: squared standard deviations, for each component.
 OUTLIER = 9.0
 # After so many in a row it is not the sample that is off.
@@ -170,6 +172,7 @@ class IntegratedFilter:
         self._heading_s = -inf
         self._last_s: dict[type[Measurement], float] = {}
         self._located = False
+        self._between_s = 1.0
         self._outliers: Counter[type[Measurement]] = Counter()
         self._dvl_noise = NoiseLevel(np.full(3, config.dvl_noise_mps))
 
@@ -368,7 +371,8 @@ class IntegratedFilter:
         """Since the last measurement of its kind; 1 s for the first."""
         last_s = self._last_s.get(type(measurement), measurement.time_s - 1.0)
         self._last_s[type(measurement)] = measurement.time_s
-        return measurement.time_s - last_s
+        self._between_s = measurement.time_s - last_s
+        return self._between_s
 
     def _compare(self, measurement: Measurement, moment: Moment) -> Comparison:
         match measurement:
@@ -422,11 +426,14 @@ class IntegratedFilter:
     def _fuse(self, measurement: Measurement, comparison: Comparison, features: FloatArray | None) -> Innovation:
         kind = type(measurement)
         innovation, observation, noise = comparison
+        unknown = self._unknown(observation)
+        noise = noise + UNKNOWN_LASTS_S / max(self._between_s, 0.02) * unknown
         covariance = observation @ self._filter.P @ observation.T + noise
         squared = float(innovation @ np.linalg.solve(covariance, innovation))
         outlier = squared > OUTLIER * len(innovation) and self._outliers[kind] < OUTLIERS_MAX
         self._outliers[kind] = self._outliers[kind] + 1 if outlier else 0
-        gain = None if outlier or kind in self.excluded else self._gain(innovation, observation, noise)
+        used = not outlier and kind not in self.excluded
+        gain = self._gain(innovation, observation, noise) if used else None
         passed = self._transition, self._process
         self._transition, self._process = np.eye(ALL_STATES), np.zeros((ALL_STATES, ALL_STATES))
         return Innovation(measurement, innovation, covariance, observation, *passed, gain, noise, features)
@@ -445,6 +452,16 @@ class IntegratedFilter:
             error = gain @ innovation
         self._feed_back(error)
         return gain
+
+    def _unknown(self, observation: FloatArray) -> FloatArray:
+        """(M, M) uncertainty of an innovation because of a delay and a lever arm that are still searched for.
+
+        It is no noise: it lasts as long as a turn, and measured again and again it is no better known.
+        """
+        if self._search is None:
+            return np.zeros((len(observation), len(observation)))
+        shown = observation[:, SEARCHED]
+        return np.asarray(shown @ self._filter.P[np.ix_(SEARCHED, SEARCHED)] @ shown.T)
 
     def _instructive(self) -> bool:
         """Whether the mounting can be learnt from this moment. While a delay is unknown, what a hull wobbles by is
@@ -472,7 +489,7 @@ class IntegratedFilter:
         before = self._filter.P
         shown = before @ observation.T
         gain = shown @ np.linalg.inv(observation @ shown + noise)
-        gain[INSTALLED] = 0.0
+        gain[SEARCHED] = 0.0
         kept = np.eye(ALL_STATES) - gain @ observation
         self._filter.P = kept @ before @ kept.T + gain @ noise @ gain.T
         return np.asarray(gain)

@@ -30,8 +30,8 @@ from detectors.navigation.strapdown import Strapdown
 FloatArray = NDArray[np.float64]
 
 # What the model of the mounting leaves over, as noise per unit of turn rate and acceleration: fitted on AUV Snapir.
-DVL_TURN_M = 0.15
-DVL_CHANGE_S = 0.1
+DVL_TURN_M = 0.08
+DVL_CHANGE_S = 0.06
 DEPTH_CHANGE_S = 0.15
 DEPTH_TURN_M = 0.5
 # An unknown delay longer than this makes the turn rate of then another one than that of now; and the arm's first
