@@ -42,8 +42,6 @@ SETTLING_S, SETTLING_SAMPLES, SETTLED_MPS = 20.0, 10, 0.25
 SUSPECT_SHARE = 0.7
 # A sensor on probation is suspected sooner.
 PROBATION_SHARE = 0.5
-# So often a fault in the first turns is taken for a mounting that was guessed wrong.
-STRANGERS_MAX = 2
 # Without any innovation, verdicts are looked at again so often: sensors may have fallen silent.
 CONCLUSION_S = 1.0
 # An inertial sensor's jump is over when the bias is back within this share of it.
@@ -92,7 +90,6 @@ class NavigationDetector:
         self._time_s = self._began_s = self._concluded_s = initial.time_s
         self._settled = False
         self._dvl_samples = 0
-        self._strangers = 0
         self._sensors: tuple[SensorVerdict, ...] = ()
         self._level, self._score, self._reason = Level.UNKNOWN, 0.0, "no sample of the DVL yet"
         self._statistics: dict[str, float] = {}
@@ -161,6 +158,8 @@ class NavigationDetector:
                 sound=not condition.repeated and condition.evidence()[0] < SUSPECT_SHARE,
                 limit=PROBATION_SHARE * self._threshold,
             )
+            if condition.repeated:
+                isolation.stuck()
             if sensor is isolated and isolation.healed(innovation.time_s, self._config.healthy_s):
                 self._readmit(isolated)
 
@@ -212,13 +211,6 @@ class NavigationDetector:
         """Isolates a sensor that is surely broken; takes the jump of an inertial sensor's bias in."""
         worst = next((one for one in self._suspicions if one.sensor not in self._isolated), None)
         if worst is None or worst.score < 1.0 or not self._config.isolate:
-            return
-        if worst.explanation is not None and not self._filter.acquainted and self._strangers < STRANGERS_MAX:
-            # in the first turns it is the mounting that is not as it was thought
-            self._strangers += 1
-            self._filter.begin_anew()
-            self._ratio.clear()
-            self._suspicions, self._doubtful = [], ()
             return
         if self._doubtful and worst.explanation is not None and worst.kind is worst.explanation.family.kind:
             return

@@ -98,6 +98,10 @@ class Isolation:
         self._relapses, self._came_back = 0, False
         self._line: list[tuple[float, FloatArray]] = []
 
+    def stuck(self) -> None:
+        """It says the same again and again."""
+        self.kind, self.rate = FaultKind.STUCK, 0.0
+
     def update(self, innovation: Innovation, filtered: FloatArray, *, own: bool, sound: bool, limit: float) -> None:
         """Takes an innovation.
 

@@ -117,13 +117,14 @@ class LikelihoodRatio:
         self._errors = (transition @ self._errors.reshape(states, -1)).reshape(states, onsets, _COUNT, 3)
         if isinstance(innovation.measurement, DvlSample | DepthSample):
             self._begin(innovation.time_s)
-        if not counts or not len(self._onsets_s):
+        if not len(self._onsets_s):
             return
         traces = self._traces(innovation)
         if innovation.gain is not None:
             flat = innovation.gain @ traces.reshape(len(traces), -1)
             self._errors = self._errors - flat.reshape(self._errors.shape)
-        self._collect(innovation, traces)
+        if counts:
+            self._collect(innovation, traces)
 
     def ratios(self) -> FloatArray:
         """(families,) twice the logarithm of the best likelihood ratio of each; 0 where nothing was measured."""
