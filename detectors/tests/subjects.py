@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cached_property
 from math import pi
 from typing import Any
 
 import numpy as np
 
+from detectors.navigation import (
+    AttitudeSample,
+    DepthSample,
+    DvlSample,
+    FixSample,
+    ImuSample,
+    NavigationConfig,
+    NavigationDetector,
+)
+from detectors.navigation.tests import dives as navigation_dives
 from detectors.speed import FlowBasis, PoseSample, SpeedConfig, SpeedDetector
 from detectors.speed.observed import START_S
 from detectors.speed.tests.dives import Dive, every, step_at, zig_zag
@@ -31,7 +41,7 @@ class Subject:
         still_faulty: samples that go on from `faulty` in the same state.
         interval_s: between two samples.
         warmup: first samples of any data that are not judged, whatever they hold.
-        measured: fields of a sample that must be finite.
+        measured: fields of a sample, where it has them, that must be finite.
         exactly: by name, a change of each sample that leaves the scores as they are, to the last bit.
         nearly: by name, one that leaves them as they are but for rounding, and the levels as they are.
         garbage: a sample of this time and these arbitrary floats.
@@ -65,6 +75,10 @@ def bits(verdict: Any) -> tuple[object, ...]:
 def _bits(value: object) -> object:
     if isinstance(value, tuple):
         return tuple(map(_bits, value))
+    if isinstance(value, Mapping):
+        return {key: _bits(one) for key, one in value.items()}
+    if is_dataclass(value):
+        return bits(value)
     return value.hex() if isinstance(value, float) else value
 
 
@@ -175,6 +189,69 @@ _RANGE = {"speed_min_mps": 0.75, "speed_max_mps": 1.3}
 _LOOSE = _RANGE | {"flow_error_max": 0.3}
 _UNIFORM = FlowBasis(((0.0, 0.0),), (1e9,))
 
+GARBAGE = {3: DvlSample, 5: DepthSample, 7: FixSample, 11: AttitudeSample}  # of thirteen; the others are of the IMU
+NAVIGATION_INTERVAL_S = 0.125
+
+
+def _navigation_garbage(time_s: float, values: np.ndarray) -> Any:
+    numbers = values.tolist()
+    match GARBAGE.get(round(time_s / NAVIGATION_INTERVAL_S) % 13):
+        case None:
+            return ImuSample(time_s, tuple(numbers[:3]), tuple(numbers[3:6]))
+        case kind if kind in (DvlSample, AttitudeSample):
+            return kind(time_s, tuple(numbers[:3]))
+        case kind:
+            return kind(time_s, *numbers[: 1 if kind is DepthSample else 2])
+
+
+def _rolled(sample: Any) -> Any:
+    """Of another system's attitude only the heading counts."""
+    if not isinstance(sample, AttitudeSample):
+        return sample
+    return AttitudeSample(sample.time_s, (1.0, -1.0, sample.attitude_rad[2]))
+
+
+def _turned_whole(sample: Any) -> Any:
+    if isinstance(sample, FixSample):
+        return replace(sample, longitude_rad=sample.longitude_rad + 2.0 * pi)
+    if not isinstance(sample, AttitudeSample):
+        return sample
+    roll, pitch, yaw = sample.attitude_rad
+    return AttitudeSample(sample.time_s, (roll, pitch, yaw - 6.0 * pi))
+
+
+def _navigation(name: str, config: NavigationConfig, dive: navigation_dives.Dive, onset_s: float) -> Subject:
+    samples = dive.samples()
+    faulty = navigation_dives.changed_depth(samples, lambda _, depth_m: depth_m + 3.0, since_s=onset_s)
+    end = next(number for number, sample in enumerate(samples) if sample.time_s > onset_s + 5.0)
+    return Subject(
+        name=name,
+        make=lambda: NavigationDetector(config, dive.initial),
+        healthy=tuple(samples[:end]),
+        faulty=tuple(faulty[:end]),
+        still_faulty=tuple(faulty[end:]),
+        interval_s=NAVIGATION_INTERVAL_S,
+        warmup=150,
+        measured=(
+            "time_s",
+            "specific_force_mps2",
+            "angular_rate_radps",
+            "velocity_mps",
+            "depth_m",
+            "latitude_rad",
+            "longitude_rad",
+            "attitude_rad",
+        ),
+        exactly={"another system's roll and pitch": _rolled},
+        nearly={"whole turns": _turned_whole},
+        garbage=_navigation_garbage,
+    )
+
+
+_NAVIGATED = navigation_dives.Dive(
+    motion=navigation_dives.legs, duration_s=80.0, imu_hz=8.0, fix_hz=0.25, attitude_hz=1.0
+)
+
 _SHORT = {"window_min": 30, "window_max": 150, "warmup": 200, "order_max": 3}
 
 SUBJECTS = (
@@ -188,4 +265,8 @@ SUBJECTS = (
     _speed("speed kalman", SpeedConfig(estimator="kalman", **_RANGE)),
     _speed("speed adaptive", SpeedConfig(estimator="adaptive", **_LOOSE)),
     _speed("speed published", SpeedConfig(estimator="published", basis=_UNIFORM, **_LOOSE), unjudged=1),
+    _navigation("navigation, mounting unknown", NavigationConfig(), _NAVIGATED, 50.0),
+    _navigation(
+        "navigation, methods compared", NavigationConfig(estimate_installation=False, compare=True), _NAVIGATED, 40.0
+    ),
 )

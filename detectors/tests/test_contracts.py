@@ -63,10 +63,17 @@ def test_a_pickled_copy_does_not_share_what_the_original_learns(subject):
     assert all_bits(subject.judge(copy, subject.faulty[half:])) == all_bits(subject.verdicts[half:])
 
 
+def with_value(sample, name, value):
+    """The sample with another value of a field; with another last component, where it has several."""
+    was = getattr(sample, name)
+    return replace(sample, **{name: (*was[:-1], value) if isinstance(was, tuple) else value})
+
+
 def spoilt(subject, number):
     """Samples to be refused, offered just after this one was taken."""
     sample, first = subject.faulty[number], subject.healthy[0]
-    bad = [replace(sample, **{name: value}) for name in subject.measured for value in (nan, inf, -inf)]
+    names = [name for name in subject.measured if hasattr(sample, name)]
+    bad = [with_value(sample, name, value) for name in names for value in (nan, inf, -inf)]
     return [*bad, sample, replace(subject.healthy[number], time_s=sample.time_s), first]
 
 
