@@ -189,7 +189,7 @@ _RANGE = {"speed_min_mps": 0.75, "speed_max_mps": 1.3}
 _LOOSE = _RANGE | {"flow_error_max": 0.3}
 _UNIFORM = FlowBasis(((0.0, 0.0),), (1e9,))
 
-GARBAGE = {3: DvlSample, 5: DepthSample, 7: FixSample, 11: AttitudeSample}  # of thirteen; the others are of the IMU
+GARBAGE = {3: DvlSample, 5: DepthSample, 7: FixSample, 11: AttitudeSample}  # of thirteen; the others are the IMU
 NAVIGATION_INTERVAL_S = 0.125
 
 
