@@ -13,8 +13,8 @@ from detectors.navigation.sample import FaultKind, Sensor, Vector
 
 INERTIAL = (Sensor.GYROSCOPE, Sensor.ACCELEROMETER)
 # One sensor is named when it explains what is seen so much better than any other, as twice the logarithm of the
-# likelihood ratio. Inertial sensors fail more rarely than a DVL, which loses its bottom, or a depth sensor.
-NAMED, INERTIAL_RARER = 6.0, 6.0
+# likelihood ratio.
+NAMED = 6.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,8 +65,6 @@ def suspicions(
 
 def named(explanations: Sequence[Explanation]) -> tuple[Sensor, ...]:
     """The sensors that what is seen may come from: one where it can be told."""
-    weighed = {
-        one.family.sensor: one.ratio - INERTIAL_RARER * (one.family.sensor in INERTIAL) for one in explanations
-    }
+    weighed = {one.family.sensor: one.weight for one in explanations}
     best = max(weighed.values(), default=0.0)
     return tuple(sensor for sensor, ratio in weighed.items() if ratio > best - NAMED)

@@ -11,14 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from detectors.navigation.admission import Admission, numbers_of
-from detectors.navigation.blame import INERTIAL, Suspicion, named, suspicions
+from detectors.navigation.blame import INERTIAL, NAMED, Suspicion, named, suspicions
 from detectors.navigation.condition import Condition
 from detectors.navigation.config import NavigationConfig
 from detectors.navigation.installation import Installation
 from detectors.navigation.integration import Innovation, IntegratedFilter
 from detectors.navigation.isolation import Isolation
 from detectors.navigation.published import Residuals, Score, published_methods
-from detectors.navigation.ratio import LikelihoodRatio
+from detectors.navigation.ratio import Explanation, LikelihoodRatio
 from detectors.navigation.sample import (
     DepthSample,
     DvlSample,
@@ -42,6 +42,8 @@ SETTLING_S, SETTLING_SAMPLES, SETTLED_MPS = 20.0, 10, 0.25
 SUSPECT_SHARE = 0.7
 # A sensor on probation is suspected sooner.
 PROBATION_SHARE = 0.5
+# An isolated sensor is to blame beyond doubt when an inertial one explains so much less, or after so long.
+BEYOND_DOUBT, PENDING_S = 25.0, 20.0
 # Without any innovation, verdicts are looked at again so often: sensors may have fallen silent.
 CONCLUSION_S = 1.0
 # An inertial sensor's jump is over when the bias is back within this share of it.
@@ -84,7 +86,11 @@ class NavigationDetector:
         self._conditions = {sensor: Condition() for sensor in MEASURED}
         self._isolated: dict[Sensor, Isolation] = {}
         self._jumps: dict[Sensor, _Jump] = {}
+        # isolated, while an inertial sensor may still be the one to blame; and since when
+        self._pending: Sensor | None = None
+        self._pending_s = 0.0
         self._suspicions: list[Suspicion] = []
+        self._explanations: list[Explanation] = []
         self._doubtful: tuple[Sensor, ...] = ()
         self._innovation = (nan, nan, nan, nan)
         self._time_s = self._began_s = self._concluded_s = initial.time_s
@@ -130,7 +136,8 @@ class NavigationDetector:
         """One innovation, by all methods; then what follows from them."""
         sensor = _sensor(innovation)
         # fixes and headings err for long in the same way: no evidence against others
-        self._ratio.update(innovation, counts=sensor is not None and sensor not in self._isolated)
+        counts = sensor is not None and (sensor not in self._isolated or sensor is self._pending)
+        self._ratio.update(innovation, counts=counts)
         self._examine(innovation, sensor)
         if sensor is None:
             return
@@ -189,6 +196,7 @@ class NavigationDetector:
         for condition in self._conditions.values():
             condition.clear()
         self._jumps.clear()
+        self._pending = None
         self._suspicions, self._doubtful = [], ()
         self._settled, self._dvl_samples, self._began_s = False, 0, self._time_s
 
@@ -198,33 +206,65 @@ class NavigationDetector:
             score = self._scores.get(self._config.method)
             self._suspicions = [] if score is None else [Suspicion(score.sensor, FaultKind.UNCLEAR, score.share)]
             return
-        explanations = self._ratio.explanations()
+        explanations = self._explanations = self._ratio.explanations()
         conditions = {sensor: one for sensor, one in self._conditions.items() if sensor not in self._isolated}
         possible = named(explanations)
         self._suspicions = suspicions(
             [one for one in explanations if one.family.sensor in possible], self._threshold, conditions
         )
+        if self._pending is not None:  # one fault explains it all, whoever's it is
+            self._suspicions = [one for one in self._suspicions if one.sensor not in INERTIAL]
         found = bool(explanations) and explanations[0].ratio > self._threshold
         self._doubtful = possible if found and len(possible) > 1 else ()
 
     def _act(self) -> None:
         """Isolates a sensor that is surely broken; takes the jump of an inertial sensor's bias in."""
+        if self._pending is not None:
+            self._resolve(self._pending)
+            return
         worst = next((one for one in self._suspicions if one.sensor not in self._isolated), None)
         if worst is None or worst.score < 1.0 or not self._config.isolate:
             return
         if self._doubtful and worst.explanation is not None and worst.kind is worst.explanation.family.kind:
             return
         if worst.sensor in INERTIAL:
-            bias = self._bias(worst.sensor)
-            healthy = self._jumps[worst.sensor].healthy if worst.sensor in self._jumps else np.array(bias)
-            self._jumps[worst.sensor] = _Jump(worst, healthy)
+            self._jump(worst)
+            return
+        self._isolated[worst.sensor] = Isolation(worst.sensor, worst.kind, worst.size, worst.rate)
+        self._filter.excluded.add(MEASURED[worst.sensor])
+        rival = max((one.weight for one in self._explanations if one.family.sensor in INERTIAL), default=0.0)
+        if worst.explanation is not None and rival > worst.explanation.weight - BEYOND_DOUBT:
+            self._pending, self._pending_s = worst.sensor, self._time_s
         else:
-            self._isolated[worst.sensor] = Isolation(worst.sensor, worst.kind, worst.size, worst.rate)
-            self._filter.excluded.add(MEASURED[worst.sensor])
-        if worst.explanation is not None:
-            self._filter.correct(*self._ratio.consequences(worst.explanation))
+            self._take_in(worst.explanation)
+
+    def _resolve(self, sensor: Sensor) -> None:
+        """A sensor was isolated, but an inertial one could have made it look so: what followed tells them apart."""
+        self._doubtful = ()
+        own = next((one for one in self._explanations if one.family.sensor is sensor), None)
+        rival = next((one for one in self._explanations if one.family.sensor in INERTIAL), None)
+        if own is None or rival is None:
+            self._take_in(own)
+        elif rival.weight > own.weight + NAMED:
+            del self._isolated[sensor]
+            self._filter.excluded.discard(MEASURED[sensor])
+            self._jump(Suspicion(rival.family.sensor, rival.family.kind, rival.ratio / self._threshold, rival))
+        elif rival.weight < own.weight - BEYOND_DOUBT or self._time_s - self._pending_s > PENDING_S:
+            self._take_in(own)
+
+    def _jump(self, suspicion: Suspicion) -> None:
+        """An inertial sensor's bias is another now."""
+        sensor = suspicion.sensor
+        healthy = self._jumps[sensor].healthy if sensor in self._jumps else np.array(self._bias(sensor))
+        self._jumps[sensor] = _Jump(suspicion, healthy)
+        self._take_in(suspicion.explanation)
+
+    def _take_in(self, explanation: Explanation | None) -> None:
+        """Mends what a fault has done to the filter, and looks for the next one."""
+        if explanation is not None:
+            self._filter.correct(*self._ratio.consequences(explanation))
         self._ratio.clear()
-        self._suspicions, self._doubtful = [], ()
+        self._suspicions, self._doubtful, self._pending = [], (), None
 
     def _readmit(self, sensor: Sensor) -> None:
         probation = self._isolated.pop(sensor).probation
@@ -233,6 +273,7 @@ class NavigationDetector:
         self._filter.excluded.discard(MEASURED[sensor])
         self._conditions[sensor].clear()
         self._ratio.clear()
+        self._pending = None
 
     def _forgive(self) -> None:
         """Inertial sensors whose bias is again what it was."""

@@ -34,6 +34,8 @@ SPARSE = 3
 SAMPLE_LIMIT, SAMPLE_LIMIT_RATE = (3.0, 18.0), 32.0
 # On a straight course a wrong scale looks like an offset; it is called so only where it explains much more.
 SCALE_RARER = 8.0
+# Inertial sensors fail more rarely than a DVL, which loses its bottom, or a depth sensor; gyroscopes the more so.
+INERTIAL_RARER = {Sensor.ACCELEROMETER: 4.0, Sensor.GYROSCOPE: 12.0}
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +90,8 @@ class Explanation:
     @property
     def weight(self) -> float:
         """The ratio, less what speaks against this kind before anything is measured."""
-        return self.ratio - SCALE_RARER * (self.family.kind is FaultKind.SCALE)
+        rarer = SCALE_RARER if self.family.kind is FaultKind.SCALE else INERTIAL_RARER.get(self.family.sensor, 0.0)
+        return self.ratio - rarer
 
 
 class LikelihoodRatio:
@@ -150,7 +153,11 @@ class LikelihoodRatio:
         onset, index = int(np.searchsorted(self._onsets_s, explanation.onset_s)), FAMILIES.index(explanation.family)
         errors, size = self._errors[:, onset, index], np.array(explanation.size)
         uncertain = np.linalg.inv(np.eye(3) / explanation.family.size**2 + self._information[onset, index])
-        return errors @ size, errors @ uncertain @ errors.T
+        error, covariance = errors @ size, errors @ uncertain @ errors.T
+        if explanation.family.kind is FaultKind.SCALE:
+            # the sensor's fault, which is not to be learnt as its mounting
+            error[SCALE], covariance[SCALE, :], covariance[:, SCALE] = 0.0, 0.0, 0.0
+        return error, covariance
 
     def _begin(self, time_s: float) -> None:
         if len(self._onsets_s) and time_s - self._onsets_s[-1] < ONSET_S:
