@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from detectors.navigation.blame import INERTIAL_RARER, NAMED, named, suspicions
+from detectors.navigation.blame import INERTIAL, NAMED, named, suspicions
 from detectors.navigation.condition import Condition
 from detectors.navigation.ratio import FAMILIES, Explanation
 from detectors.navigation.sample import FaultKind, Sensor
@@ -14,20 +14,26 @@ def explained(sensor, ratio, kind=FaultKind.STEP, size=(0.3, 0.0, 0.4)):
     return Explanation(FAMILY[sensor, kind], ratio, 10.0, size, (3.0, 0.0, 4.0))
 
 
-def names(**ratios):
-    return set(named([explained(Sensor(sensor), ratio) for sensor, ratio in ratios.items()]))
+def names(**weights):
+    """Of explanations that weigh so much."""
+    found = []
+    for sensor, weight in weights.items():
+        rarer = explained(Sensor(sensor), 0.0).weight
+        found.append(explained(Sensor(sensor), weight - rarer))
+    return set(named(found))
 
 
 def test_the_sensor_that_explains_it_much_better_is_named():
     assert names(dvl=50.0, depth=50.0 - NAMED) == {"dvl"}
     assert names(dvl=50.0, depth=50.1 - NAMED) == {"dvl", "depth"}
+    assert names(gyroscope=50.0, accelerometer=50.1 - NAMED, dvl=20.0) == {"gyroscope", "accelerometer"}
+    assert names(accelerometer=50.0, dvl=50.0 - NAMED) == {"accelerometer"}
 
 
 def test_inertial_sensors_fail_more_rarely():
-    assert names(dvl=50.0, accelerometer=50.0 + INERTIAL_RARER - NAMED) == {"dvl"}
-    assert names(dvl=50.0, accelerometer=50.0 + INERTIAL_RARER) == {"dvl", "accelerometer"}
-    assert names(dvl=50.0, accelerometer=50.0 + INERTIAL_RARER + NAMED) == {"accelerometer"}
-    assert names(gyroscope=50.0, accelerometer=50.0) == {"gyroscope", "accelerometer"}
+    for sensor in INERTIAL:
+        assert explained(sensor, 50.0).weight < explained(Sensor.DVL, 50.0).weight == 50.0
+    assert explained(Sensor.DVL, 50.0, FaultKind.SCALE).weight < 50.0
 
 
 def test_nobody_is_named_without_an_explanation():
