@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import json
+import sys
 from concurrent.futures import Future
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from numpy.testing import assert_allclose
 from rich.console import Console
 
 from detectors.navigation import DvlSample, FaultKind, NavigationConfig, NavigationVerdict, Sensor, SensorVerdict
 from detectors.verdict import Level
+from hil_tests.bench import bench
 from hil_tests.bench.navigation import Figures, show
 from hil_tests.bench.navigation_cases import CASES, FAULT_S, LEARNT_S, PAPER_CASE, Recorded, Simulated, onsets
 from hil_tests.bench.navigation_measure import (
@@ -328,6 +332,53 @@ def test_figures_are_drawn(tmp_path):
     assert [path.name for path in drawn] == ["track.png"]
     assert drawn[0].read_bytes().startswith(b"\x89PNG")
     assert len(track_figure(ways, [(10.0, 20.0)]).axes[0].lines) == 3
+
+
+def test_the_options_of_the_command_reach_the_measurement(tmp_path, monkeypatch):
+    asked = []
+
+    def measure(options, jobs, console, folder):
+        asked.append((options, jobs, folder))
+        return Figures(options, [], {}, [], {}, [], COST)
+
+    monkeypatch.setattr(sys.modules["hil_tests.bench.navigation"], "measure", measure)
+    file, folds = tmp_path / "figures.json", tmp_path / "folds"
+    folds.mkdir()
+    arguments = [
+        "--runs",
+        "3",
+        "--seed",
+        "7",
+        "--style",
+        "rough",
+        "--only",
+        "cusum",
+        "--no-plain",
+        "--both",
+        "--no-slow",
+    ]
+    arguments += [
+        "--folds",
+        str(folds),
+        "--positions",
+        "0",
+        "--figures",
+        str(tmp_path),
+        "--jobs",
+        "1",
+        "--json",
+        str(file),
+    ]
+    result = CliRunner().invoke(bench, ["navigation", *arguments])
+    assert result.exit_code == 0, result.output
+    ((options, jobs, folder),) = asked
+    assert (jobs, folder, options.recordings) == (1, tmp_path, RECORDINGS)
+    assert options == Options(3, 7, "rough", RECORDINGS, ("cusum",), False, True, False, folds, 0)
+    assert [one.seed for one in options.simulated] == [7, 8, 9]
+    config = options.config(Recorded(RECORDINGS / "some.npz"))
+    assert (config.lstm_model, config.compare) == (folds / "some.npz", False)
+    assert options.config(Simulated(0)).lstm_model is None
+    assert json.loads(file.read_text(), parse_constant=pytest.fail)["navigation"]["options"]["runs"] == 3
 
 
 def test_all_is_measured_and_shown():
