@@ -23,7 +23,8 @@ STUCK_OFF = 25.0
 # Squared differences of successive innovations, as shares of twice their noise: how far each counts, over how many
 # samples, and what the mean of healthy ones does not reach.
 SCATTER_CLIP, SCATTER_MEMORY, SCATTER_LIMIT = 9.0, 12.0, 4.5
-NOISY = 0.7
+# Mean of those changes between samples that are not off: above it, it is noise.
+BETWEEN = 2.0
 # Single samples that are off happen to healthy sensors, one in a hundred; so many of so few do not.
 OFF_LIMIT, OFF_MEMORY = 6, 30
 OFF = 9.0  # standard deviations squared, for each component
@@ -39,7 +40,7 @@ class Condition:
 
     def clear(self) -> None:
         """Begins anew; what repeats goes on to be counted."""
-        self._scatter = 1.0
+        self._scatter = self._between = 1.0
         self._last: FloatArray | None = None
         self._off: deque[bool] = deque(maxlen=OFF_MEMORY)
         self._stuck_off = False
@@ -58,17 +59,23 @@ class Condition:
         self._off.append(off > OFF * len(innovation.values))
         if self._last is not None:
             changes = 0.5 * (innovation.values - self._last) ** 2 / np.diag(innovation.noise)
-            changes = np.minimum(changes, SCATTER_CLIP)
-            self._scatter += (float(changes.mean()) - self._scatter) / SCATTER_MEMORY
+            changed = float(np.minimum(changes, SCATTER_CLIP).mean())
+            self._scatter += (changed - self._scatter) / SCATTER_MEMORY
+            if not any([*self._off][-2:]):
+                self._between += (changed - self._between) / SCATTER_MEMORY
         self._last = innovation.values
 
     def evidence(self) -> tuple[float, FaultKind]:
         """The strongest, 1.0 being a fault, and which."""
         times_off = sum(now and not before for before, now in pairwise(self._off))
-        noisy = self._scatter / SCATTER_LIMIT
+        noisy, comes_and_goes = self._scatter / SCATTER_LIMIT, times_off / OFF_LIMIT
+        # a sensor that scatters is off at times, and one that is off at times seems to scatter
+        if self._between > BETWEEN:
+            comes_and_goes = 0.0
+        elif comes_and_goes >= 1.0:
+            noisy = 0.0
         return max(
             (2.0 if self._stuck_off else 0.0, FaultKind.STUCK),
             (noisy, FaultKind.NOISE),
-            # what scatters is off at times, too
-            (times_off / OFF_LIMIT * (noisy < NOISY), FaultKind.INTERMITTENT),
+            (comes_and_goes, FaultKind.INTERMITTENT),
         )

@@ -126,7 +126,11 @@ class NavigationDetector:
         return self._verdict()
 
     def accept(self) -> None:
-        """The operator says that all sensors are well: they are used again, and what they say now is normal."""
+        """The operator says that all sensors are well: they are used again, and their mounting is learnt anew.
+
+        A new scale, angle or place of the DVL and a new offset of the depth become normal by that. An offset of the
+        DVL's velocity does not: no mounting makes one, and it is found again.
+        """
         for sensor in tuple(self._isolated):
             self._readmit(sensor)
         self._begin_anew()
@@ -158,15 +162,18 @@ class NavigationDetector:
         """Whether an isolated sensor can be used again."""
         for isolated, isolation in tuple(self._isolated.items()):
             condition = self._conditions[isolated]
+            score, kind = condition.evidence()
             isolation.update(
                 innovation,
                 self._filter.covariance,
                 own=sensor is isolated,
-                sound=not condition.repeated and condition.evidence()[0] < SUSPECT_SHARE,
+                sound=not condition.repeated and score < SUSPECT_SHARE,
                 limit=PROBATION_SHARE * self._threshold,
             )
             if condition.repeated:
-                isolation.stuck()
+                isolation.call(FaultKind.STUCK)
+            elif kind is FaultKind.NOISE and score >= 1.0:
+                isolation.call(kind)
             if sensor is isolated and isolation.healed(innovation.time_s, self._config.healthy_s):
                 self._readmit(isolated)
 

@@ -256,7 +256,8 @@ class IntegratedFilter:
         fresh[INSTALLED] = np.diag(Installation.of(self._config).covariance)
         fresh[POSITION] = 0.0
         self.loosen(fresh)
-        self._turned_s = 0.0
+        if self._config.estimate_installation:
+            self._turned_s = 0.0
 
     def loosen(self, variances: FloatArray) -> None:
         """Adds to the uncertainty of the states: (N,) variances."""

@@ -98,9 +98,9 @@ class Isolation:
         self._relapses, self._came_back = 0, False
         self._line: list[tuple[float, FloatArray]] = []
 
-    def stuck(self) -> None:
-        """It says the same again and again."""
-        self.kind, self.rate = FaultKind.STUCK, 0.0
+    def call(self, kind: FaultKind) -> None:
+        """It fails as its own samples show."""
+        self.kind, self.rate = kind, 0.0
 
     def update(self, innovation: Innovation, filtered: FloatArray, *, own: bool, sound: bool, limit: float) -> None:
         """Takes an innovation.
