@@ -33,6 +33,11 @@ class Suspicion:
     explanation: Explanation | None = None
 
     @property
+    def proven(self) -> bool:
+        """The sensor's own samples show it, whatever else may explain them."""
+        return self.score >= 1.0 and self.kind in (FaultKind.STUCK, FaultKind.NOISE, FaultKind.INTERMITTENT)
+
+    @property
     def size(self) -> Vector:
         """(3,) of the error now."""
         found = self.explanation
@@ -60,7 +65,7 @@ def suspicions(
     for sensor, condition in conditions.items():
         score, kind = condition.evidence()
         found.append(Suspicion(sensor, kind, score, likely.get(sensor)))
-    return sorted(found, key=lambda one: -one.score)
+    return sorted(found, key=lambda one: (not one.proven, -one.score))
 
 
 def named(explanations: Sequence[Explanation]) -> tuple[Sensor, ...]:

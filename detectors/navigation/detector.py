@@ -232,7 +232,7 @@ class NavigationDetector:
         worst = next((one for one in self._suspicions if one.sensor not in self._isolated), None)
         if worst is None or worst.score < 1.0 or not self._config.isolate:
             return
-        if self._doubtful and worst.explanation is not None and worst.kind is worst.explanation.family.kind:
+        if self._doubtful and not worst.proven:
             return
         if worst.sensor in INERTIAL:
             self._jump(worst)
@@ -240,7 +240,7 @@ class NavigationDetector:
         self._isolated[worst.sensor] = Isolation(worst.sensor, worst.kind, worst.size, worst.rate)
         self._filter.excluded.add(MEASURED[worst.sensor])
         rival = max((one.weight for one in self._explanations if one.family.sensor in INERTIAL), default=0.0)
-        if worst.explanation is not None and rival > worst.explanation.weight - BEYOND_DOUBT:
+        if worst.explanation is not None and not worst.proven and rival > worst.explanation.weight - BEYOND_DOUBT:
             self._pending, self._pending_s = worst.sensor, self._time_s
         else:
             self._take_in(worst.explanation)
