@@ -220,6 +220,16 @@ def test_healthy_dives_are_not_faulty(seed):
     assert not detector.refused
 
 
+@pytest.mark.parametrize("name", ["step", "zero"])
+def test_on_a_first_dive_a_fault_of_the_dvl_is_found_before_its_mounting_is_known(name):
+    """A mounting that nobody told explains much, but not everything."""
+    verdicts = with_dvl_fault(name, NavigationConfig())
+    took_s, verdict = first_fault(verdicts, Sensor.DVL)
+    assert took_s < 12.0
+    assert verdict.isolated == ("dvl",)
+    assert speed_off(verdicts[-1]) < 1.0
+
+
 def test_silent_until_the_filter_has_found_itself():
     detector = NavigationDetector(KNOWN, DIVE.initial)
     verdicts = [detector.update(sample) for sample in series()[0]]
