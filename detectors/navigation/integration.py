@@ -428,7 +428,7 @@ class IntegratedFilter:
         kind = type(measurement)
         innovation, observation, noise = comparison
         unknown = self._unknown(observation)
-        noise = noise + UNKNOWN_LASTS_S / max(self._between_s, 0.02) * unknown
+        noise = noise + self._motion.lasting_share * UNKNOWN_LASTS_S / max(self._between_s, 0.02) * unknown
         covariance = observation @ self._filter.P @ observation.T + noise
         squared = float(innovation @ np.linalg.solve(covariance, innovation))
         outlier = squared > OUTLIER * len(innovation) and self._outliers[kind] < OUTLIERS_MAX
@@ -457,7 +457,7 @@ class IntegratedFilter:
     def _unknown(self, observation: FloatArray) -> FloatArray:
         """(M, M) uncertainty of an innovation because of a delay and a lever arm that are still searched for.
 
-        It is no noise: it lasts as long as a turn, and measured again and again it is no better known.
+        In a turn it is no noise: it lasts, and measured again and again it is no better known.
         """
         if self._search is None:
             return np.zeros((len(observation), len(observation)))

@@ -67,6 +67,13 @@ class BodyMotion:
         turns = hypot(*self.lasting_rate_radps) > max(TURNS_RADPS, rate)
         return turns or hypot(*self.lasting_acceleration_mps2) > max(CHANGES_MPS2, change)
 
+    @property
+    def lasting_share(self) -> float:
+        """How much of the turn rate and acceleration lasts, by their squares; a hull that wobbles has little."""
+        now = hypot(*self.rate_radps, *self.acceleration_mps2)
+        lasting = hypot(*self.lasting_rate_radps, *self.lasting_acceleration_mps2)
+        return min(1.0, (lasting / now) ** 2) if now > 0.0 else 0.0
+
     def unsteady(self, later: BodyMotion) -> tuple[float, float]:
         """How much turn rate (rad/s) and acceleration (m/s2) differ from those of the second before, and of later."""
         return (

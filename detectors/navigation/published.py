@@ -8,6 +8,7 @@ S = max(0, S) + lambda n x, with n counting the exceedances in a row; alarm at S
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import inf
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -24,6 +25,8 @@ FloatArray = NDArray[np.float64]
 # healthy ones exceed it (of normal ones 1 in 370).
 LEARNING_SAMPLES = 60
 BIAS_MEDIANS = 3.0 / 0.6745
+# A sample that comes by so little of the predictor's interval too early is the next one all the same.
+EARLY = 0.9
 
 
 class DepthInnovation(NamedTuple):
@@ -40,11 +43,13 @@ class Residual(NamedTuple):
         values: (4,) m/s and m; the depth is 0 where there is no such sensor.
         covariance: (4, 4)
         features: (12,) of the learnt predictor; None where no IMU sample came.
+        time_s: of the DVL's sample.
     """
 
     values: FloatArray
     covariance: FloatArray
     features: FloatArray | None
+    time_s: float = 0.0
 
 
 class Residuals:
@@ -62,7 +67,8 @@ class Residuals:
             case DvlSample():
                 covariance = np.zeros((4, 4))
                 covariance[:3, :3], covariance[3, 3] = innovation.covariance, self._depth.variance
-                return Residual(np.append(innovation.values, self._depth.value), covariance, innovation.features)
+                values = np.append(innovation.values, self._depth.value)
+                return Residual(values, covariance, innovation.features, innovation.time_s)
             case _:
                 return None
 
@@ -127,17 +133,26 @@ class AmplifiedCusum:
 
 
 class LearntPredictor:
-    """(r - r_lstm)' (V + V_lstm)^-1 (r - r_lstm) (paper 003, equations 20 to 27)."""
+    """(r - r_lstm)' (V + V_lstm)^-1 (r - r_lstm) (paper 003, equations 20 to 27).
+
+    The network knows time by its steps: of a DVL that is faster than the one it was trained with, it sees a sample
+    each of its own intervals, and its prediction holds for those in between.
+    """
 
     def __init__(self, config: NavigationConfig, predictor: Predictor) -> None:
         self._threshold = config.lstm_threshold
         self._predictor = predictor
+        self._stepped_s = -inf
+        self._predicted: tuple[FloatArray, FloatArray] | None = None
 
     def judge(self, residual: Residual) -> Score:
         """See `Method`. Without an inertial sample since the last residual nothing is predicted: 0."""
-        if residual.features is None:
+        due_s = self._stepped_s + EARLY * self._predictor.model.interval_s
+        if residual.features is not None and (self._predicted is None or residual.time_s >= due_s):
+            self._predicted, self._stepped_s = self._predictor.step(residual.features), residual.time_s
+        if self._predicted is None:
             return Score(0.0, Sensor.DVL)
-        predicted, variance = self._predictor.step(residual.features)
+        predicted, variance = self._predicted
         difference = residual.values - predicted
         squared = lstm_statistic(difference, residual.covariance, np.diag(variance))
         return Score(squared / self._threshold, _blamed(difference**2 / np.diag(residual.covariance)))
