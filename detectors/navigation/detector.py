@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import nan, sqrt
+from math import inf, nan, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +44,8 @@ SUSPECT_SHARE = 0.7
 PROBATION_SHARE = 0.5
 # An isolated sensor is to blame beyond doubt when an inertial one explains so much less, or after so long.
 BEYOND_DOUBT, PENDING_S = 25.0, 20.0
+# So long after an inertial sensor's jump, what seems wrong with others is what the jump has left behind.
+SHAKEN_S = 60.0
 # Without any innovation, verdicts are looked at again so often: sensors may have fallen silent.
 CONCLUSION_S = 1.0
 # An inertial sensor's jump is over when the bias is back within this share of it.
@@ -88,7 +90,7 @@ class NavigationDetector:
         self._jumps: dict[Sensor, _Jump] = {}
         # isolated, while an inertial sensor may still be the one to blame; and since when
         self._pending: Sensor | None = None
-        self._pending_s = 0.0
+        self._pending_s, self._jumped_s = 0.0, -inf
         self._suspicions: list[Suspicion] = []
         self._explanations: list[Explanation] = []
         self._doubtful: tuple[Sensor, ...] = ()
@@ -157,6 +159,8 @@ class NavigationDetector:
         self._suspect()
         self._act()
         self._forgive()
+        if self._isolated.keys() == MEASURED.keys():
+            self._rescue()
 
     def _examine(self, innovation: Innovation, sensor: Sensor | None) -> None:
         """Whether an isolated sensor can be used again."""
@@ -197,12 +201,13 @@ class NavigationDetector:
         else:
             self._settled = True
 
-    def _begin_anew(self) -> None:
-        self._filter.begin_anew()
+    def _begin_anew(self, *, shaken: bool = False) -> None:
+        self._filter.begin_anew(shaken=shaken)
         self._ratio.clear()
         for condition in self._conditions.values():
             condition.clear()
-        self._jumps.clear()
+        if not shaken:
+            self._jumps.clear()
         self._pending = None
         self._suspicions, self._doubtful = [], ()
         self._settled, self._dvl_samples, self._began_s = False, 0, self._time_s
@@ -237,6 +242,9 @@ class NavigationDetector:
         if worst.sensor in INERTIAL:
             self._jump(worst)
             return
+        if self._time_s - self._jumped_s < SHAKEN_S and not worst.proven:
+            self._begin_anew(shaken=True)
+            return
         self._isolated[worst.sensor] = Isolation(worst.sensor, worst.kind, worst.size, worst.rate)
         self._filter.excluded.add(MEASURED[worst.sensor])
         rival = max((one.weight for one in self._explanations if one.family.sensor in INERTIAL), default=0.0)
@@ -263,7 +271,7 @@ class NavigationDetector:
         """An inertial sensor's bias is another now."""
         sensor = suspicion.sensor
         healthy = self._jumps[sensor].healthy if sensor in self._jumps else np.array(self._bias(sensor))
-        self._jumps[sensor] = _Jump(suspicion, healthy)
+        self._jumps[sensor], self._jumped_s = _Jump(suspicion, healthy), self._time_s
         self._take_in(suspicion.explanation)
 
     def _take_in(self, explanation: Explanation | None) -> None:
@@ -272,6 +280,13 @@ class NavigationDetector:
             self._filter.correct(*self._ratio.consequences(explanation))
         self._ratio.clear()
         self._suspicions, self._doubtful, self._pending = [], (), None
+
+    def _rescue(self) -> None:
+        """All sensors contradict dead reckoning: then that is wrong, whatever made it so. Begins anew with them."""
+        for sensor in tuple(self._isolated):
+            self._isolated[sensor].probation = None
+            self._readmit(sensor)
+        self._begin_anew(shaken=True)
 
     def _readmit(self, sensor: Sensor) -> None:
         probation = self._isolated.pop(sensor).probation

@@ -23,6 +23,7 @@ from detectors.navigation.error_model import (
     ACCELEROMETER_BIAS,
     ATTITUDE,
     DEPTH_SENSOR,
+    GYROSCOPE_BIAS,
     POSITION,
     VELOCITY,
     error_dynamics,
@@ -77,6 +78,8 @@ GAP_S = 0.5
 GAP_TURN_RADPS, GAP_ACCELERATION_MPS2 = 0.3, 0.5
 # After it, how long it was does not matter any more, and what was measured meanwhile says nothing.
 GAP_MAX_S = 100.0
+# Standard deviations after an inertial sensor's bias has jumped: of attitude, velocity, and the biases.
+SHAKEN_RAD, SHAKEN_MPS, SHAKEN_MPS2, SHAKEN_RADPS = 0.2, 2.0, 0.3, 0.02
 # While the mounting is not known, the model is not even linear in it: caution in the first turns, until so many
 # seconds of turning (at `TURNING_RADPS`, or less at more) have been seen.
 CAUTION, CAUTION_S, TURNING_RADPS = 2.0, 15.0, 0.1
@@ -250,9 +253,16 @@ class IntegratedFilter:
         self._feed_back(error)
         self._filter.P = covariance.copy()
 
-    def begin_anew(self) -> None:
-        """Knows no more of velocity, attitude, biases and mounting than at the start; position and heading stay."""
+    def begin_anew(self, *, shaken: bool = False) -> None:
+        """Knows no more of velocity, attitude, biases and mounting than at the start; position and heading stay.
+
+        Args:
+            shaken: an inertial sensor's bias has jumped, and may be anything.
+        """
         fresh = np.diag(initial_covariance(self._config, ALL_STATES)).copy()
+        if shaken:
+            fresh[ATTITUDE], fresh[VELOCITY] = SHAKEN_RAD**2, SHAKEN_MPS**2
+            fresh[ACCELEROMETER_BIAS], fresh[GYROSCOPE_BIAS] = SHAKEN_MPS2**2, SHAKEN_RADPS**2
         fresh[INSTALLED] = np.diag(Installation.of(self._config).covariance)
         fresh[POSITION] = 0.0
         self.loosen(fresh)
