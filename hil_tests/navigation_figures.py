@@ -85,13 +85,19 @@ def track_figure(ways: Sequence[Way], spans_s: Sequence[tuple[float, float]]) ->
         track.plot(east_m, north_m, color=colour, ls=line, lw=1.0, label=label)
         error.semilogy(way.time_s, np.maximum(way.error_m, ERROR_M[0]), color=colour, ls=line, lw=1.2, label=label)
     _shade(error, spans_s)
+    _frame(track, ways[0].true_m)
     track.set(title="track", xlabel="east, m", ylabel="north, m")
-    track.set_aspect("equal", adjustable="datalim")
     error.set(title="distance from the true position", xlabel="time, s", ylabel="m", ylim=ERROR_M)
     for axes in (track, error):
         axes.grid(alpha=0.3)
     track.legend(loc="best", fontsize="small")
     return figure
+
+
+def _frame(axes: Axes, true_m: FloatArray) -> None:
+    """Room for the true way and as much around it: a way that has run off leaves the picture."""
+    middle, half = 0.5 * (true_m.max(axis=0) + true_m.min(axis=0)), max(float(np.ptp(true_m, axis=0).max()), 1.0)
+    axes.set(xlim=(middle[1] - half, middle[1] + half), ylim=(middle[0] - half, middle[0] + half), aspect="equal")
 
 
 def _draw_statistics(axes: Axes, since_s: FloatArray, statistics: Mapping[str, FloatArray]) -> None:
