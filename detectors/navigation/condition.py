@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from detectors.navigation.integration import Innovation
+from detectors.navigation.innovation import Innovation
 from detectors.navigation.sample import FaultKind
 
 FloatArray = NDArray[np.float64]

@@ -14,8 +14,9 @@ from detectors.navigation.admission import Admission, numbers_of
 from detectors.navigation.blame import INERTIAL, NAMED, Suspicion, named, suspicions
 from detectors.navigation.condition import Condition
 from detectors.navigation.config import NavigationConfig
+from detectors.navigation.innovation import Innovation
 from detectors.navigation.installation import Installation
-from detectors.navigation.integration import Innovation, IntegratedFilter
+from detectors.navigation.integration import IntegratedFilter
 from detectors.navigation.isolation import Isolation
 from detectors.navigation.published import Residuals, Score, published_methods
 from detectors.navigation.ratio import Explanation, LikelihoodRatio

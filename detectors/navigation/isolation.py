@@ -8,7 +8,7 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from detectors.navigation.integration import Innovation
+from detectors.navigation.innovation import Innovation
 from detectors.navigation.ratio import LikelihoodRatio
 from detectors.navigation.sample import FaultKind, Sensor, Vector
 

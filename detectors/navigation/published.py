@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from detectors.navigation.config import NavigationConfig
-from detectors.navigation.integration import Innovation
+from detectors.navigation.innovation import Innovation
 from detectors.navigation.lstm import Predictor, lstm_statistic
 from detectors.navigation.sample import DepthSample, DvlSample, Sensor
 

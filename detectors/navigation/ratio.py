@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from detectors.navigation.error_model import ACCELEROMETER_BIAS, GYROSCOPE_BIAS
+from detectors.navigation.innovation import Innovation
 from detectors.navigation.installation import ALL_STATES, SCALE
-from detectors.navigation.integration import Innovation
 from detectors.navigation.sample import DepthSample, DvlSample, FaultKind, Sensor, Vector
 
 FloatArray = NDArray[np.float64]

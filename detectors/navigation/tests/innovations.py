@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from detectors.navigation.innovation import Innovation, Measurement
 from detectors.navigation.installation import ALL_STATES
-from detectors.navigation.integration import Innovation, Measurement
 from detectors.navigation.sample import DepthSample, DvlSample, FixSample
 
 NOISE_MPS, NOISE_M = 0.02, 0.05

@@ -7,11 +7,14 @@ import numpy as np
 import pytest
 
 from detectors.navigation.config import NavigationConfig
+from detectors.navigation.dead_reckoning import GAP_S
 from detectors.navigation.error_model import ACCELEROMETER_BIAS, POSITION, VELOCITY
+from detectors.navigation.gate import OUTLIERS_MAX
 from detectors.navigation.installation import ALL_STATES, INSTALLED, Installation
-from detectors.navigation.integration import GAP_S, OUTLIERS_MAX, WAITING_MAX, IntegratedFilter
+from detectors.navigation.integration import IntegratedFilter
 from detectors.navigation.sample import AttitudeSample, DepthSample, DvlSample, FixSample, ImuSample
 from detectors.navigation.tests.dives import Dive, Mounting, changed_dvl, legs
+from detectors.navigation.waiting import WAITING_MAX
 
 CONFIG = NavigationConfig()
 FIXED = NavigationConfig(estimate_installation=False)

@@ -7,8 +7,9 @@ import pytest
 
 from detectors.navigation.config import NavigationConfig
 from detectors.navigation.error_model import ACCELEROMETER_BIAS, GYROSCOPE_BIAS
+from detectors.navigation.innovation import Innovation
 from detectors.navigation.installation import ALL_STATES, SCALE
-from detectors.navigation.integration import Innovation, IntegratedFilter
+from detectors.navigation.integration import IntegratedFilter
 from detectors.navigation.ratio import (
     FAMILIES,
     ONSET_S,
