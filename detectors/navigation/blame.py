@@ -50,6 +50,52 @@ class Suspicion:
         return 0.0 if found is None or self.kind is not FaultKind.DRIFT else float(np.linalg.norm(found.size))
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Blame:
+    """What there is against all sensors.
+
+    Attributes:
+        suspicions: the gravest first.
+        explanations: the best of each sensor, where the likelihood ratio judges.
+        doubtful: something is wrong, and it may be any of these sensors; empty where it can be told.
+    """
+
+    suspicions: Sequence[Suspicion] = ()
+    explanations: Sequence[Explanation] = ()
+    doubtful: tuple[Sensor, ...] = ()
+
+    @property
+    def worst(self) -> float:
+        """Score of the gravest."""
+        return max((one.score for one in self.suspicions), default=0.0)
+
+    def against(self, sensor: Sensor) -> Suspicion | None:
+        """The gravest suspicion of one sensor."""
+        return next((one for one in self.suspicions if one.sensor is sensor), None)
+
+
+def blame(
+    explanations: Sequence[Explanation],
+    threshold: float,
+    conditions: Mapping[Sensor, Condition],
+    *,
+    explained: bool = False,
+) -> Blame:
+    """Weighs what the likelihood ratio and the sensors' own samples say.
+
+    Args:
+        explanations, threshold, conditions: as for `suspicions`.
+        explained: a sensor was blamed already, and that may be an inertial one's doing: one fault explains it all,
+            whoever's it is.
+    """
+    possible = named(explanations)
+    found = suspicions([one for one in explanations if one.family.sensor in possible], threshold, conditions)
+    if explained:
+        return Blame([one for one in found if one.sensor not in INERTIAL], explanations)
+    doubtful = len(possible) > 1 and explanations[0].ratio > threshold
+    return Blame(found, explanations, possible if doubtful else ())
+
+
 def suspicions(
     explanations: Iterable[Explanation], threshold: float, conditions: Mapping[Sensor, Condition]
 ) -> list[Suspicion]:

@@ -96,6 +96,15 @@ class Sensor(StrEnum):
     ACCELEROMETER = "accelerometer"
 
 
+# The sensors whose samples are compared with what the others make expect, and which can be done without.
+MEASURED: dict[Sensor, type[DvlSample | DepthSample]] = {Sensor.DVL: DvlSample, Sensor.DEPTH: DepthSample}
+
+
+def measured_by(sample: NavigationSample) -> Sensor | None:
+    """Which of them says such a sample; None for what is not judged."""
+    return next((sensor for sensor, kind in MEASURED.items() if isinstance(sample, kind)), None)
+
+
 class FaultKind(StrEnum):
     """How a sensor fails (paper 003, section 2, and what users report beyond it)."""
 

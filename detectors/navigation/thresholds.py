@@ -1,4 +1,4 @@
-"""The likelihood ratio at which a fault counts as found, by the rate of false alarms that is wanted."""
+"""The likelihood ratio at which a fault counts as found, by the rate of false alarms that is wanted; and below it."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from math import log
 # `hil_tests.navigation_thresholds`, which measures these two numbers.
 ONCE_AN_HOUR = 22.0
 PER_E_FOLD = 3.0
+# As shares of it: a sensor is suspected, and sooner while on probation.
+SUSPECT_SHARE, PROBATION_SHARE = 0.7, 0.5
 
 
 def ratio_threshold(false_alarms_per_hour: float) -> float:

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from detectors.navigation.blame import INERTIAL, NAMED, named, suspicions
+from detectors.navigation.blame import INERTIAL, NAMED, Blame, blame, named, suspicions
 from detectors.navigation.condition import Condition
 from detectors.navigation.ratio import FAMILIES, Explanation
 from detectors.navigation.sample import FaultKind, Sensor
@@ -68,3 +68,27 @@ def test_what_shows_in_the_samples_takes_its_size_from_a_likely_explanation(rati
     found = suspicions([explained(Sensor.DVL, ratio)], 30.0, {Sensor.DVL: stuck()})
     assert (found[0].sensor, found[0].kind) == (Sensor.DVL, FaultKind.STUCK)
     np.testing.assert_array_equal(found[0].size, size)
+
+
+def test_it_is_doubtful_when_several_explain_enough_and_as_well():
+    dvl, accelerometer = explained(Sensor.DVL, 50.0), explained(Sensor.ACCELEROMETER, 50.0)
+    assert set(blame([dvl, accelerometer], 40.0, {}).doubtful) == {Sensor.DVL, Sensor.ACCELEROMETER}
+    assert blame([dvl, accelerometer], 60.0, {}).doubtful == ()
+    assert blame([dvl, explained(Sensor.ACCELEROMETER, 30.0)], 40.0, {}).doubtful == ()
+    assert blame([], 40.0, {}).doubtful == ()
+
+
+def test_what_an_inertial_sensor_may_explain_too_is_not_said_twice():
+    both = [explained(Sensor.DVL, 50.0), explained(Sensor.ACCELEROMETER, 50.0)]
+    found = blame(both, 40.0, {}, explained=True)
+    assert found.doubtful == ()
+    assert [one.sensor for one in found.suspicions] == [Sensor.DVL]
+    assert found.explanations == both
+
+
+def test_of_a_sensor_the_gravest_suspicion_is_told():
+    found = blame([explained(Sensor.DVL, 36.0)], 30.0, {Sensor.DVL: stuck()})
+    assert found.against(Sensor.DVL) is found.suspicions[0]
+    assert found.against(Sensor.DEPTH) is None
+    assert found.worst == found.suspicions[0].score == 2.0
+    assert Blame().worst == 0.0

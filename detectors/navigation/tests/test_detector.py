@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from detectors.navigation.config import NavigationConfig
-from detectors.navigation.detector import SETTLING_S, NavigationDetector
+from detectors.navigation.detector import NavigationDetector
 from detectors.navigation.sample import DepthSample, DvlSample, FaultKind, ImuSample, Sensor
+from detectors.navigation.settling import SETTLING_S
 from detectors.navigation.tests.dives import Dive, Mounting, changed_depth, changed_dvl, changed_imu, legs
 from detectors.verdict import Level
 
