@@ -25,6 +25,8 @@ CAME_BACK = 0.3
 # must be slope to be a drift.
 LINE_S, LINE_SAMPLES = 4.0, 64
 DRIFTS = 0.6
+# A drift goes on while it has this share of the rate at which it surely was one.
+GOES_ON = 0.5
 
 
 class Probation:
@@ -97,6 +99,8 @@ class Isolation:
         self._agrees_since_s = inf
         self._relapses, self._came_back = 0, False
         self._line: list[tuple[float, FloatArray]] = []
+        # rate when last it was surely a drift; the newest would follow one that ends down to nothing
+        self._grew = rate if kind is FaultKind.DRIFT else inf
 
     def call(self, kind: FaultKind) -> None:
         """It fails as its own samples show."""
@@ -146,8 +150,9 @@ class Isolation:
             return
         slope, _ = np.polyfit(times_s - times_s[-1], np.array([one for _, one in self._line]), 1)
         rate, size = float(np.linalg.norm(slope)), float(np.linalg.norm(values))
-        grows = rate * (times_s[-1] - times_s[0]) > DRIFTS * size
-        if grows or (self.kind is FaultKind.DRIFT and rate > 0.5 * self.rate):
+        if rate * (times_s[-1] - times_s[0]) > DRIFTS * size:
+            self._grew = rate
+        if rate > GOES_ON * self._grew:
             self.kind, self.rate = FaultKind.DRIFT, rate
         elif self.kind is FaultKind.DRIFT:
             self.kind, self.rate = FaultKind.STEP, 0.0

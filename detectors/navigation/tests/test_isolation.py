@@ -8,7 +8,7 @@ from detectors.navigation.config import NavigationConfig
 from detectors.navigation.error_model import VELOCITY
 from detectors.navigation.installation import ALL_STATES
 from detectors.navigation.integration import IntegratedFilter
-from detectors.navigation.isolation import COMES_AND_GOES, LEAST_SAMPLES, Isolation, Probation
+from detectors.navigation.isolation import COMES_AND_GOES, LEAST_SAMPLES, LINE_SAMPLES, Isolation, Probation
 from detectors.navigation.sample import DvlSample, FaultKind, ImuSample, Sensor
 from detectors.navigation.tests.dives import Dive, changed_dvl, legs
 from detectors.navigation.tests.innovations import NOISE_MPS, dvl_innovation, fix_innovation
@@ -152,6 +152,27 @@ def test_an_error_that_grows_is_a_drift(seemed):
     assert isolation.kind is FaultKind.DRIFT
     assert isolation.rate == pytest.approx(0.05 * np.linalg.norm(OFFSET), rel=0.1)
     np.testing.assert_allclose(isolation.size, 0.05 * 21.5 * OFFSET, atol=4.0 * NOISE_MPS)
+
+
+@pytest.mark.parametrize("last_s", [15.0, 40.0])
+def test_a_drift_that_ends_is_a_step_from_then_on(last_s):
+    isolation, kinds = isolated(FaultKind.DRIFT, 0.03), []
+    for second in range(2, 120):
+        follow(isolation, lambda time_s: 0.05 * min(time_s, last_s) * OFFSET, second, second + 1)
+        kinds.append((second, isolation.kind))
+    assert {kind for second, kind in kinds if second < last_s} == {FaultKind.DRIFT}
+    assert {kind for second, kind in kinds if second > last_s + LINE_SAMPLES / 2} == {FaultKind.STEP}
+    assert isolation.rate == 0.0
+    np.testing.assert_allclose(isolation.size, 0.05 * last_s * OFFSET, atol=4.0 * NOISE_MPS)
+
+
+def test_a_drift_that_pauses_goes_on():
+    isolation = isolated(FaultKind.DRIFT, 0.03)
+    follow(isolation, lambda time_s: 0.05 * min(time_s, 40.0) * OFFSET, 2, 80)
+    assert isolation.kind is FaultKind.STEP
+    follow(isolation, lambda time_s: 0.05 * (time_s - 40.0) * OFFSET, 80, 115)
+    assert isolation.kind is FaultKind.DRIFT
+    assert isolation.rate == pytest.approx(0.05 * np.linalg.norm(OFFSET), rel=0.1)
 
 
 @pytest.mark.parametrize("kind", [FaultKind.NOISE, FaultKind.STUCK, FaultKind.INTERMITTENT])
