@@ -6,6 +6,7 @@ filter considers what it does not know instead of learning it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import exp, hypot
 
 import numpy as np
@@ -38,7 +39,8 @@ HORIZON_MAX_S = 2.5
 DELAYS = 2.0  # standard deviations of a delay that the horizon waits for
 # What a first guess of delay and lever arm errs by beyond what it knows of.
 GUESS_S, GUESS_M = 0.2, 0.2
-SEARCHED = [*range(ALL_STATES)[LEVER_ARM], DVL_DELAY]
+ARM = list(range(ALL_STATES)[LEVER_ARM])
+SEARCHED = [*ARM, DVL_DELAY]
 UNKNOWN_LASTS_S = 5.0  # what these do to samples, while they are unknown
 LEAST_S = 0.02  # of two samples with the same stamp, or nearly
 
@@ -107,12 +109,15 @@ class Calibration:
         """The vehicle has turned at this rate (3,), and something of the mounting was to be seen."""
         self._turned_s += interval_s * min(hypot(*rate_radps) / TURNING_RADPS, 1.0)
 
-    def instructive(self, motion: BodyMotion, later: BodyMotion, errors: ErrorFilter) -> bool:
-        """Whether the mounting can be learnt from this moment. While a delay is unknown, what a hull wobbles by is
-        measured at another instant than it was thought, and would only teach that there is no lever arm."""
+    def considered(self, motion: BodyMotion, later: BodyMotion) -> Sequence[int]:
+        """States that are not to be learnt from this moment, only considered.
+
+        What a hull wobbles by is measured at a somewhat other instant than it was thought, and would teach that there
+        is hardly a lever arm. Only what lasts teaches of it; and while the delay is searched for, nothing does.
+        """
         if self._search is not None:
-            return False
-        return errors.deviation(DVL_DELAY) < DELAY_KNOWN_S or motion.lasts(later)
+            return SEARCHED
+        return () if motion.lasts(later) else ARM
 
     def unknown(self, observation: FloatArray, moment: Moment, errors: ErrorFilter) -> FloatArray:
         """(M, M) uncertainty of an innovation because of a delay and a lever arm that are still searched for.

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from detectors.navigation.calibration import SEARCHED, Calibration
+from detectors.navigation.calibration import Calibration
 from detectors.navigation.config import NavigationConfig
 from detectors.navigation.dead_reckoning import GAP_MAX_S, GAP_S, DeadReckoning
 from detectors.navigation.error_filter import ErrorFilter
@@ -190,10 +190,9 @@ class IntegratedFilter:
     def _learn(self, comparison: Comparison) -> FloatArray:
         """Updates the filter and corrects the strapdown systems; the gain with which that was done."""
         reckoning = self._reckoning
-        if self._calibration.instructive(reckoning.motion, reckoning.present_motion, self._errors):
-            gain, error = self._errors.update(comparison)
-        else:
-            gain, error = self._errors.consider(comparison, SEARCHED)
+        considered = self._calibration.considered(reckoning.motion, reckoning.present_motion)
+        update = self._errors.consider(comparison, considered) if considered else self._errors.update(comparison)
+        gain, error = update
         self._feed_back(error)
         return gain
 

@@ -37,7 +37,7 @@ DEPTH_TURN_M = 0.5
 # An unknown delay longer than this makes the turn rate of then another one than that of now; and the arm's first
 # guess errs by about so much.
 LASTING_S, UNKNOWN_ARM_M = 0.2, 1.0
-WOBBLE_RADPS = 0.05  # of a hull on a straight course: the uncertainty of the arm covers it
+WOBBLE_RADPS = 0.05  # of a hull on a straight course: the arm's own uncertainty covers what it does to that
 # That noise lasts: more samples of the same second say no more.
 ROUGH_S = 1.0
 _DOWN = POSITION.stop - 1
@@ -108,8 +108,8 @@ def compare_dvl(sample: DvlSample, moment: Moment, noise_mps: FloatArray) -> Com
     observation[:, DVL_DELAY] = -change
     # what an unknown delay does to a motion that changes meanwhile is not in its derivative
     late_s = moment.dvl_delay_error_s
-    turned_radps = min(1.0, late_s / LASTING_S) * max(moment.unsteady_radps - WOBBLE_RADPS, 0.0)
-    turned_mps = turned_radps * (float(np.linalg.norm(arm)) + UNKNOWN_ARM_M)
+    swung_radps = min(1.0, late_s / LASTING_S) * moment.unsteady_radps
+    turned_mps = swung_radps * float(np.linalg.norm(arm)) + max(swung_radps - WOBBLE_RADPS, 0.0) * UNKNOWN_ARM_M
     unknown = (late_s * moment.unsteady_mps2 + turned_mps) ** 2
     rough = unknown + moment.caution**2 * (DVL_TURN_M**2 * (rate @ rate) + DVL_CHANGE_S**2 * (change @ change))
     rough *= _repeated(moment)

@@ -8,12 +8,14 @@ from detectors.navigation.rotation import cross, rotate_back
 from detectors.navigation.sample import Vector
 from detectors.navigation.strapdown import Strapdown
 
-# Thrusters shake the IMU; the DVL measures over about as long, too.
-SMOOTHING_S = 0.15
+# Thrusters shake the IMU. Of the turn rate little is smoothed away: late by as much as a hull's wobble lasts, it
+# would tell of a lever arm that is shorter than it is.
+SMOOTHING_S, RATE_SMOOTHING_S = 0.15, 0.02
 # What lasts shorter than an unknown delay cannot be told from what comes later.
 LASTING_S = 1.0
 # More than what a hull wobbles on a straight course.
 TURNS_RADPS, CHANGES_MPS2 = 0.04, 0.06
+MORE = 2.0  # what lasts, than what changes within a second
 _STILL: Vector = (0.0, 0.0, 0.0)
 
 
@@ -23,7 +25,7 @@ class BodyMotion:
     Attributes:
         rate_radps: (3,) turn rate.
         acceleration_mps2: (3,) change per second of the velocity as the body sees it (not the specific force).
-        newest_rate_radps, newest_acceleration_mps2: (3,) the same, of the newest sample alone.
+        newest_acceleration_mps2: (3,) the same, of the newest sample alone.
         lasting_rate_radps, lasting_acceleration_mps2: (3,) the same, smoothed over a second.
     """
 
@@ -32,14 +34,12 @@ class BodyMotion:
         "lasting_acceleration_mps2",
         "lasting_rate_radps",
         "newest_acceleration_mps2",
-        "newest_rate_radps",
         "rate_radps",
     )
 
     def __init__(self) -> None:
         self.rate_radps: Vector = _STILL
         self.acceleration_mps2: Vector = _STILL
-        self.newest_rate_radps: Vector = _STILL
         self.newest_acceleration_mps2: Vector = _STILL
         self.lasting_rate_radps: Vector = _STILL
         self.lasting_acceleration_mps2: Vector = _STILL
@@ -48,14 +48,14 @@ class BodyMotion:
         """After `strapdown` has advanced by a sample: (3,) angular rate as measured, `interval_s` since the last."""
         keep = exp(-interval_s / SMOOTHING_S)
         rate = _less(angular_rate_radps, strapdown.gyroscope_bias_radps)
-        self.rate_radps = _mixed(self.rate_radps, rate, keep)
+        self.rate_radps = _mixed(self.rate_radps, rate, exp(-interval_s / RATE_SMOOTHING_S))
         north, east, down = strapdown.specific_force_mps2
         earth = strapdown.earth
         gravity = earth.surface_gravity_mps2 + earth.gravity_gradient_ps2 * strapdown.depth_m
         change = rotate_back(strapdown.attitude, (north, east, down + gravity))
         change = _less(change, cross(rate, strapdown.body_velocity()))
         self.acceleration_mps2 = _mixed(self.acceleration_mps2, change, keep)
-        self.newest_rate_radps, self.newest_acceleration_mps2 = rate, change
+        self.newest_acceleration_mps2 = change
         keep = exp(-interval_s / LASTING_S)
         self.lasting_rate_radps = _mixed(self.lasting_rate_radps, rate, keep)
         self.lasting_acceleration_mps2 = _mixed(self.lasting_acceleration_mps2, change, keep)
@@ -64,8 +64,8 @@ class BodyMotion:
         """Whether the vehicle turns or accelerates, and did so a second ago and will: then an unknown delay matters
         less than what is to be learnt from it."""
         rate, change = self.unsteady(later)
-        turns = hypot(*self.lasting_rate_radps) > max(TURNS_RADPS, rate)
-        return turns or hypot(*self.lasting_acceleration_mps2) > max(CHANGES_MPS2, change)
+        turns = hypot(*self.lasting_rate_radps) > max(TURNS_RADPS, MORE * rate)
+        return turns or hypot(*self.lasting_acceleration_mps2) > max(CHANGES_MPS2, MORE * change)
 
     @property
     def lasting_share(self) -> float:

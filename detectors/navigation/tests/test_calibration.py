@@ -99,18 +99,13 @@ def turning(seconds):
     return motion
 
 
-def test_learns_from_what_lasts_until_the_delay_is_well_known():
+def test_learns_of_the_lever_arm_from_what_lasts_and_of_nothing_while_searching():
     begins, lasts = turning(0.2), turning(5.0)
-    searching, unsure = begun()
-    assert not searching.instructive(lasts, lasts, unsure)
-    known, sure = begun(deviations(0.5 * DELAY_KNOWN_S))
-    assert known.instructive(begins, lasts, sure)
-    found, doubtful = begun(deviations(0.5 * DELAY_KNOWN_S))
-    variances = np.zeros(ALL_STATES)
-    variances[DVL_DELAY] = DELAY_KNOWN_S**2
-    doubtful.loosen(variances)
-    assert found.instructive(lasts, lasts, doubtful)
-    assert not found.instructive(begins, lasts, doubtful)
+    searching, _ = begun()
+    assert list(searching.considered(lasts, lasts)) == SEARCHED
+    known, _ = begun(deviations(0.5 * DELAY_KNOWN_S))
+    assert list(known.considered(lasts, lasts)) == []
+    assert list(known.considered(begins, lasts)) == list(range(ALL_STATES)[LEVER_ARM])
 
 
 def test_while_searching_what_is_unknown_makes_innovations_uncertain():
