@@ -95,7 +95,8 @@ def test_straight_up_and_down_it_is_the_same_attitude_without_roll(pitch, roll, 
 
 @given(quaternions)
 def test_any_attitude_is_the_same_after_a_way_over_its_angles(attitude):
-    assert abs(np.dot(from_euler(to_euler(attitude)), attitude)) == pytest.approx(1.0, abs=1e-14)
+    # straight up or down the angles themselves are only known to the root of the rounding
+    assert abs(np.dot(from_euler(to_euler(attitude)), attitude)) == pytest.approx(1.0, abs=1e-10)
 
 
 def test_signs_are_those_of_vehicles():
