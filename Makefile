@@ -13,7 +13,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 .PHONY: help demo test bench lint clean
 
 help:
-	@echo "make demo    the gateway against a simulated vehicle that catches weeds, a current and a net"
+	@echo "make demo    the gateway against a simulated vehicle: weeds, a current, a net, a DVL that drifts"
 	@echo "make test    all tests; those of a real CAN bus on vcan0 or in a small virtual machine"
 	@echo "make bench   the detectors beside their peers and the papers' figures"
 	@echo "make lint    ruff, mypy and the layers of the packages"
