@@ -49,12 +49,16 @@ def write(parts: dict[str, Any], file: str | None) -> None:
         Path(file).write_text(text + "\n", encoding="utf-8")
 
 
+def _name(key: Any) -> str:
+    return ", ".join(map(str, key)) if isinstance(key, tuple) else str(key)
+
+
 def _plain(value: Any) -> Any:
     """What JSON knows: what is not a number, or without end, is null."""
     if is_dataclass(value) and not isinstance(value, type):
         return _plain(asdict(value))
     if isinstance(value, dict):
-        return {key: _plain(one) for key, one in value.items()}
+        return {_name(key): _plain(one) for key, one in value.items()}
     if isinstance(value, list | tuple):
         return [_plain(one) for one in value]
     if isinstance(value, Path):
