@@ -8,11 +8,14 @@ import numpy as np
 
 from detectors.navigation.error_filter import FloatArray
 from detectors.navigation.innovation import Measurement
+from detectors.navigation.sample import FixSample
 
 # A sample farther off than this does not move the filter: squared standard deviations, for each component.
 OUTLIER = 9.0
 # After so many in a row it is not the sample that is off.
 OUTLIERS_MAX = 5
+# Fixes come seldom, and what they contradict moves on meanwhile.
+FIX_OUTLIERS_MAX = 2
 
 
 def outlying(innovation: FloatArray, covariance: FloatArray) -> bool:
@@ -28,7 +31,7 @@ class InnovationGate:
 
     def insists(self, kind: type[Measurement]) -> bool:
         """So many in a row were off that the next is believed."""
-        return self._outliers[kind] >= OUTLIERS_MAX
+        return self._outliers[kind] >= (FIX_OUTLIERS_MAX if kind is FixSample else OUTLIERS_MAX)
 
     def admits(self, kind: type[Measurement], innovation: FloatArray, covariance: FloatArray) -> bool:
         """Whether an innovation (M,) of covariance (M, M) is to be used."""

@@ -17,7 +17,7 @@ from detectors.navigation.calibration import Calibration
 from detectors.navigation.config import NavigationConfig
 from detectors.navigation.dead_reckoning import GAP_MAX_S, GAP_S, DeadReckoning
 from detectors.navigation.error_filter import ErrorFilter
-from detectors.navigation.error_model import ACCELEROMETER_BIAS, POSITION
+from detectors.navigation.error_model import ACCELEROMETER_BIAS, ATTITUDE, POSITION, VELOCITY
 from detectors.navigation.gate import InnovationGate, outlying
 from detectors.navigation.innovation import Innovation, Measurement
 from detectors.navigation.installation import ALL_STATES, Installation
@@ -30,6 +30,8 @@ from detectors.navigation.waiting import WaitingMeasurements
 
 FloatArray = NDArray[np.float64]
 
+# Standard deviations of velocity and attitude of a vehicle that many fixes find somewhere else.
+LOST_MPS, LOST_RAD = 5.0, 0.2
 HORIZONTAL = slice(POSITION.start, POSITION.stop - 1)
 
 
@@ -154,16 +156,17 @@ class IntegratedFilter:
         self._errors.propagate(self._reckoning.behind)
         moment = self._observation.moment(measurement, self._reckoning, self._calibration, self._errors)
         comparison = self._observation.compare(measurement, moment)
-        if isinstance(measurement, FixSample) and self._lost(comparison):
-            self._locate(measurement)
-            comparison = self._observation.compare(measurement, moment)
+        if isinstance(measurement, FixSample):
+            if self._lost(comparison):
+                self._locate(measurement)
+                comparison = self._observation.compare(measurement, moment)
+            self._located = True
         features = self._reckoning.take_features() if isinstance(measurement, DvlSample) else None
         return self._fuse(measurement, comparison, moment, features)
 
     def _lost(self, comparison: Comparison) -> bool:
         """The first fix, or many in a row, are somewhere else."""
         believed = not self._located or self._gate.insists(FixSample)
-        self._located = True
         innovation, observation, noise = comparison
         return believed and outlying(innovation, self._errors.expected(observation, noise))
 
@@ -174,6 +177,8 @@ class IntegratedFilter:
         self._errors.renew(HORIZONTAL, self._config.fix_noise_m**2 * np.eye(2))
         variances = np.zeros(ALL_STATES)
         variances[ACCELEROMETER_BIAS] = self._config.accelerometer_bias_mps2**2
+        if self._located:  # and yet it was lost: then velocity and attitude are not what they were thought to be
+            variances[VELOCITY], variances[ATTITUDE] = LOST_MPS**2, LOST_RAD**2
         self.loosen(variances)
 
     def _fuse(

@@ -9,7 +9,7 @@ import pytest
 from detectors.navigation.config import NavigationConfig
 from detectors.navigation.dead_reckoning import GAP_S
 from detectors.navigation.error_model import ACCELEROMETER_BIAS, POSITION, VELOCITY
-from detectors.navigation.gate import OUTLIERS_MAX
+from detectors.navigation.gate import FIX_OUTLIERS_MAX, OUTLIERS_MAX
 from detectors.navigation.installation import ALL_STATES, INSTALLED, Installation
 from detectors.navigation.integration import IntegratedFilter
 from detectors.navigation.sample import AttitudeSample, DepthSample, DvlSample, FixSample, ImuSample
@@ -246,7 +246,7 @@ def test_far_away_a_fix_is_believed_at_once_and_later_after_some():
         places.append((sample.time_s, navigation.state(0.0).latitude_rad))
     assert next(place for time_s, place in places if time_s >= 8.0) == pytest.approx(0.1, abs=1e-4)
     moved_s = next(time_s for time_s, place in places if time_s > 20.0 and place > 0.15)
-    assert 20.0 + OUTLIERS_MAX <= moved_s < 20.0 + OUTLIERS_MAX + 4.0
+    assert 20.0 + FIX_OUTLIERS_MAX <= moved_s < 20.0 + FIX_OUTLIERS_MAX + 4.0
 
 
 def test_many_headings_say_no_more_than_some():
