@@ -8,6 +8,7 @@ the earth frame is north-east-down, the body frame forward-right-down.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import IntEnum
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,6 +94,34 @@ class CommandAcknowledgement:
     command: int
     result: int
     progress: int
+
+
+class OperatorAct(IntEnum):
+    """What an operator says of a subject: the MAV_CMD that it comes as."""
+
+    ACKNOWLEDGE = 31010  # MAV_CMD_USER_1: seen; it need not be repeated, and nothing is to be done about it
+    ACCEPT = 31011  # MAV_CMD_USER_2: well as it is; how it is now is the new normal
+    MUTE = 31012  # MAV_CMD_USER_3: no texts of it for a while
+
+
+@dataclass(frozen=True, slots=True)
+class OperatorRequest:
+    """An operator's word on a subject, over MAVLink or from this machine.
+
+    Attributes:
+        time_s: reception.
+        act: what he says.
+        code: of which subject, see `gateway.operator`; 0 = of all.
+        duration_s: for how long (mute); 0 = as long as is usual.
+        system_id, component_id: who says so, and gets the answer; 0, 0 = this machine's operator.
+    """
+
+    time_s: float
+    act: OperatorAct
+    code: int
+    duration_s: float
+    system_id: int
+    component_id: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,6 +260,7 @@ Reading = (
     | AutopilotReboot
     | AutopilotConflict
     | CommandAcknowledgement
+    | OperatorRequest
     | Attitude
     | GlobalPosition
     | LocalPosition

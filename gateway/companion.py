@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 from drivers.clock import Clock
-from drivers.mavlink.codec import MavlinkEncoder
+from drivers.mavlink.encoder import MavlinkEncoder
 from drivers.mavlink.link import MavlinkLink
 from drivers.mavlink.messages import OutgoingMessage
 from drivers.mavlink.streams import StreamRequests

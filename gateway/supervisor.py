@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from enum import Enum, auto
 
 from detectors.verdict import Level
-from drivers.mavlink.messages import CommandLong, CompanionHeartbeat, StatusText
+from drivers.mavlink.messages import CommandLong, CompanionHeartbeat, CompanionState, StatusText
 from drivers.readings import AutopilotHeartbeat, CommandAcknowledgement
 from gateway import texts
 from gateway.autopilot import ArmedEdge, AutopilotWatch
@@ -198,7 +198,8 @@ class Supervisor:
         actions += self._failsafe.advance(time_s)
         if self._beat_s is None or time_s - self._beat_s >= HEARTBEAT_PERIOD_S - TICK_TOLERANCE_S:
             self._beat_s = time_s
-            actions.append(CompanionHeartbeat(critical=any(s.level is Level.FAULT for s in self._subjects.values())))
+            faulty = any(s.level is Level.FAULT for s in self._subjects.values())
+            actions.append(CompanionHeartbeat(CompanionState.CRITICAL if faulty else CompanionState.ACTIVE))
         return actions
 
     def _subject(self, observation: Observation) -> _Subject:

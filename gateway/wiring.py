@@ -8,7 +8,7 @@ from drivers.can.dbc import DbcDecoder, DbcThruster
 from drivers.can.decoder import CanDecoder
 from drivers.can.dronecan import DroneCanDecoder, DroneCanThruster
 from drivers.command import CommandScale
-from drivers.mavlink.codec import MavlinkDecoder, MavlinkThruster
+from drivers.mavlink.decoder import MavlinkDecoder, MavlinkThruster
 from drivers.mavlink.formats import HIGHRES_IMU, RAW_IMU, SCALED_IMUS, SCALED_PRESSURES, MessageFormat
 from drivers.mavlink.streams import AUTOPILOT_PX4, Stream
 from gateway.config_sections import MAVLINK, CanBus, CommandSource, Mavlink, Navigation, Thruster

@@ -1,4 +1,4 @@
-"""What the gateway says on a MAVLink link. Three messages, and no others: what has no class here cannot be sent.
+"""What the gateway says on a MAVLink link. These messages, and no others: what has no class here cannot be sent.
 
 Never sent, on purpose: SYS_STATUS (ArduSub reads an unhealthy bit in it as a leak), SETUP_SIGNING, and a forced arm.
 """
@@ -6,8 +6,10 @@ Never sent, on purpose: SYS_STATUS (ArduSub reads an unhealthy bit in it as a le
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import IntEnum
 
 TEXT_MAX = 50  # STATUSTEXT.text; longer ones go out in chunks that ArduSub logs and forwards one by one, never joined
+NAME_MAX = 10  # NAMED_VALUE_FLOAT.name
 SEVERITY_MAX = 7  # MAV_SEVERITY_DEBUG
 FLOAT32_MAX = 3.4028234663852886e38
 
@@ -15,15 +17,19 @@ COMMAND_ARM_DISARM = 400  # MAV_CMD_COMPONENT_ARM_DISARM
 FORCE_ARM = 2989.0  # its param2: arm whatever the checks say
 
 
+class CompanionState(IntEnum):
+    """MAV_STATE of this onboard computer."""
+
+    BOOT = 1  # nothing is known of anything yet
+    ACTIVE = 4
+    CRITICAL = 5  # a fault lasts
+
+
 @dataclass(frozen=True, slots=True)
 class CompanionHeartbeat:
-    """HEARTBEAT of this onboard computer.
+    """HEARTBEAT of this onboard computer."""
 
-    Attributes:
-        critical: True while a fault lasts: MAV_STATE_CRITICAL instead of MAV_STATE_ACTIVE.
-    """
-
-    critical: bool
+    state: CompanionState
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,4 +97,45 @@ class CommandLong:
             )
 
 
-OutgoingMessage = CompanionHeartbeat | StatusText | CommandLong
+@dataclass(frozen=True, slots=True)
+class CommandAck:
+    """COMMAND_ACK: the answer to a command that was sent to this component.
+
+    Attributes:
+        command: MAV_CMD.
+        result: MAV_RESULT.
+        target_system, target_component: who sent the command; 0, 0 is this machine's own operator (`gateway tell`),
+            whose answers go nowhere over MAVLink.
+    """
+
+    command: int
+    result: int
+    target_system: int
+    target_component: int
+
+
+@dataclass(frozen=True, slots=True)
+class NamedValue:
+    """NAMED_VALUE_FLOAT: a number for ground stations to plot.
+
+    Attributes:
+        name: 1 to 10 printable ASCII characters.
+        value: finite.
+        boot_s: since the gateway began.
+
+    Raises:
+        ValueError: name or value out of these bounds.
+    """
+
+    name: str
+    value: float
+    boot_s: float
+
+    def __post_init__(self) -> None:
+        if not (1 <= len(self.name) <= NAME_MAX and self.name.isascii() and self.name.isprintable()):
+            raise ValueError(f"name must be 1..{NAME_MAX} printable ASCII characters, got {self.name!r}")
+        if not abs(self.value) <= FLOAT32_MAX:
+            raise ValueError(f"value must be finite and fit a 32-bit float, got {self.value}")
+
+
+OutgoingMessage = CompanionHeartbeat | StatusText | CommandLong | CommandAck | NamedValue

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from detectors.speed import SpeedCurve
 from detectors.speed.gridded_flow import GriddedFlow
 from detectors.verdict import Level
-from drivers.mavlink.codec import MavlinkDecoder
+from drivers.mavlink.decoder import MavlinkDecoder
 from drivers.mavlink.messages import CommandLong, StatusText
 from drivers.mavlink.tests.peer import Peer
 from drivers.readings import (

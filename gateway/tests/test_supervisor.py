@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from detectors.verdict import Level
-from drivers.mavlink.messages import CompanionHeartbeat, StatusText
+from drivers.mavlink.messages import CompanionHeartbeat, CompanionState, StatusText
 from drivers.readings import AutopilotHeartbeat
 from gateway.debounce import Debounce, DebounceTimes, Event
 from gateway.findings import Finding
@@ -128,7 +128,7 @@ def test_companion_heartbeat_is_critical_while_a_fault_lasts():
         if tick == 35:
             subject.observe(seen(time_s, Level.NORMAL))
         for action in subject.advance(time_s):
-            beats[time_s] = action.critical
+            beats[time_s] = action.state is CompanionState.CRITICAL
             assert isinstance(action, CompanionHeartbeat)
     assert beats == {0.0: False, 1.0: False, 2.0: True, 3.0: True, 4.0: False, 5.0: False}
 

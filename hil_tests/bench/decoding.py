@@ -21,7 +21,7 @@ from drivers.can.dronecan import DroneCanDecoder, DroneCanThruster, EscStatus, e
 from drivers.can.dronecan_esc import COMMAND_MAX
 from drivers.can.frame import CanFrame
 from drivers.command import CommandScale
-from drivers.mavlink.codec import MavlinkDecoder, MavlinkThruster
+from drivers.mavlink.decoder import MavlinkDecoder, MavlinkThruster
 from drivers.readings import Attitude, Reading, ThrusterCommand, ThrusterReport
 from hil_tests.bench.timing import Comparison
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.mavlink.codec import MavlinkDecoder
+from drivers.mavlink.decoder import MavlinkDecoder
 from drivers.mavlink.tests.peer import Peer, messages_in
 from drivers.readings import PositionFix
 

@@ -14,10 +14,11 @@ from pathlib import Path
 import pytest
 
 from drivers.clock import Clock
-from drivers.mavlink.codec import MavlinkDecoder, MavlinkEncoder
+from drivers.mavlink.decoder import MavlinkDecoder
+from drivers.mavlink.encoder import MavlinkEncoder
 from drivers.mavlink.endpoint import SerialPort, TcpClient, UdpClient, UdpServer, parse_endpoint
 from drivers.mavlink.link import MavlinkLink
-from drivers.mavlink.messages import CompanionHeartbeat, StatusText
+from drivers.mavlink.messages import CompanionHeartbeat, CompanionState, StatusText
 from drivers.mavlink.tests.peer import Peer, messages_in
 from drivers.readings import AutopilotHeartbeat
 
@@ -83,7 +84,7 @@ async def converse(watcher, peer):
     """Heartbeats one way until they are heard, then a text the other way."""
     async with asyncio.timeout(10.0):
         while not watcher.readings:
-            watcher.link.send(MavlinkEncoder(1).encode(CompanionHeartbeat(False)))
+            watcher.link.send(MavlinkEncoder(1).encode(CompanionHeartbeat(CompanionState.ACTIVE)))
             heard(peer, "HEARTBEAT")  # a pymavlink server answers only whom it has heard
             beat(peer)
             await asyncio.sleep(0.02)
@@ -203,7 +204,7 @@ async def test_nobody_listens_yet_is_counted_and_survived():
     async with Watcher(f"udpout:127.0.0.1:{free_port()}") as watcher:
         await until(lambda: watcher.states)
         while not watcher.link.unsent:
-            watcher.link.send(MavlinkEncoder(1).encode(CompanionHeartbeat(False)))
+            watcher.link.send(MavlinkEncoder(1).encode(CompanionHeartbeat(CompanionState.ACTIVE)))
             await asyncio.sleep(0.02)
         assert not watcher.task.done()
     assert watcher.link.unsent["Connection refused"] >= 1
@@ -302,7 +303,7 @@ async def test_mavproxy_shows_our_text(mavproxy):
     async with Watcher(f"udpout:127.0.0.1:{port}") as watcher:
         async with asyncio.timeout(30.0):
             while "AP: T3 entangled? 812 rpm, want 1043 (-22%)\n" not in output:
-                watcher.link.send(encoder.encode(CompanionHeartbeat(True)))
+                watcher.link.send(encoder.encode(CompanionHeartbeat(CompanionState.CRITICAL)))
                 watcher.link.send(encoder.encode(StatusText(4, "T3 entangled? 812 rpm, want 1043 (-22%)")))
                 await asyncio.sleep(0.1)
         await until(lambda: watcher.states[-1].up)  # its own heartbeats reach us

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from scipy.spatial.transform import Rotation
 
-from drivers.mavlink.codec import MavlinkDecoder
+from drivers.mavlink.decoder import MavlinkDecoder
 from drivers.mavlink.tests.peer import Peer, messages_in
 from drivers.readings import Attitude, BodyVelocity, Inertial, WaterPressure
 

@@ -8,7 +8,7 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from drivers.command import CommandScale
-from drivers.mavlink.codec import MavlinkDecoder, MavlinkThruster
+from drivers.mavlink.decoder import MavlinkDecoder, MavlinkThruster
 from drivers.readings import (
     Attitude,
     AutopilotHeartbeat,

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from drivers.mavlink.codec import MavlinkDecoder
+from drivers.mavlink.decoder import MavlinkDecoder
 from drivers.readings import Reading, ThrusterCommand
 from gateway.config_sections import MAVLINK
 from hil_tests.demo.plan import COURSE, Plan

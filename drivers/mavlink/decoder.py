@@ -1,4 +1,4 @@
-"""MAVLink bytes to readings, and the gateway's messages to MAVLink bytes."""
+"""MAVLink bytes to readings."""
 
 from __future__ import annotations
 
@@ -7,23 +7,20 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
-from pymavlink.dialects.v20 import ardupilotmega as dialect
-
 from drivers.mavlink import formats
 from drivers.mavlink.autopilot import AUTOPILOT_COMPONENT, AUTOPILOT_INVALID, AutopilotChoice
+from drivers.mavlink.encoder import COMPANION_COMPONENT, check_component
 from drivers.mavlink.fixes import PositionFixes
 from drivers.mavlink.formats import ESC_TELEMETRY, MessageFormat
 from drivers.mavlink.frames import FrameScanner, Packet
 from drivers.mavlink.inertial import Barometers, InertialUnits
-from drivers.mavlink.messages import CommandLong, CompanionHeartbeat, OutgoingMessage, StatusText
 from drivers.mavlink.thrusters import ESCS_PER_MESSAGE, MavlinkThruster, ThrusterTelemetry
 from drivers.mavlink.vehicle import VehicleTelemetry, heartbeat
 from drivers.mavlink.velocities import BodyVelocities
 from drivers.readings import Attitude, AutopilotConflict, Reading
 
-__all__ = ["MavlinkDecoder", "MavlinkEncoder", "MavlinkThruster"]
+__all__ = ["MavlinkDecoder", "MavlinkThruster"]
 
-COMPANION_COMPONENT = 192  # MAV_COMP_ID_ONBOARD_COMPUTER2
 # The ground station's, with which DVL drivers on the vehicle speak as well.
 GROUND_SYSTEM = 255
 VELOCITIES = frozenset(
@@ -31,35 +28,6 @@ VELOCITIES = frozenset(
 )
 
 Handler = tuple[MessageFormat, Callable[[tuple[Any, ...], float], list[Reading]]]
-
-
-class MavlinkEncoder:
-    """Outgoing messages to MAVLink 2 frames, numbered in sequence.
-
-    Args:
-        system_id: the vehicle's, 1..254. Never 255: ArduSub would take us for its ground station, and its failsafe
-            for a lost ground station would never come.
-        component_id: ours, 2..255; 1 is the autopilot itself.
-
-    Raises:
-        ValueError: an id out of these bounds.
-    """
-
-    def __init__(self, system_id: int, component_id: int = COMPANION_COMPONENT) -> None:
-        if not 1 <= system_id <= 254:
-            raise ValueError(f"system_id must be the vehicle's, 1..254, got {system_id}")
-        _check_component(component_id)
-        self._link = dialect.MAVLink(None, srcSystem=system_id, srcComponent=component_id)
-
-    def encode(self, message: OutgoingMessage) -> bytes:
-        """One frame; each call takes the next sequence number.
-
-        Raises:
-            ValueError: not one of the messages that the gateway sends.
-        """
-        frame: bytes = _generated(message).pack(self._link)
-        self._link.seq = (self._link.seq + 1) % 256
-        return frame
 
 
 class MavlinkDecoder:
@@ -90,7 +58,7 @@ class MavlinkDecoder:
         autopilot_system: int | None = None,
         navigation: bool = False,
     ) -> None:
-        _check_component(own_component)
+        check_component(own_component)
         for name in ("thruster", "esc_index", "rpm_sensor"):
             _check_unique(name, [getattr(thruster, name) for thruster in thrusters])
         self.drops: Counter[str] = Counter()
@@ -212,29 +180,6 @@ class MavlinkDecoder:
                 for place, message in enumerate(formats.SCALED_PRESSURES)
             ),
         ]
-
-
-def _generated(message: OutgoingMessage) -> Any:
-    match message:
-        case CompanionHeartbeat(critical):
-            return dialect.MAVLink_heartbeat_message(
-                type=dialect.MAV_TYPE_ONBOARD_CONTROLLER,
-                autopilot=dialect.MAV_AUTOPILOT_INVALID,
-                base_mode=0,
-                custom_mode=0,
-                system_status=dialect.MAV_STATE_CRITICAL if critical else dialect.MAV_STATE_ACTIVE,
-                mavlink_version=3,
-            )
-        case StatusText(severity, text):
-            return dialect.MAVLink_statustext_message(severity, text.encode("ascii"))
-        case CommandLong(command, parameters, system, component, confirmation):
-            return dialect.MAVLink_command_long_message(system, component, command, confirmation, *parameters)
-    raise ValueError(f"message must be a CompanionHeartbeat, StatusText or CommandLong, got {message!r}")
-
-
-def _check_component(component_id: int) -> None:
-    if not 2 <= component_id <= 255:
-        raise ValueError(f"component id must lie in 2..255 (1 is the autopilot), got {component_id}")
 
 
 def _check_unique(name: str, values: Sequence[int | None]) -> None:
