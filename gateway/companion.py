@@ -13,9 +13,9 @@ from drivers.mavlink.link import MavlinkLink
 from drivers.mavlink.messages import OutgoingMessage
 from drivers.mavlink.streams import StreamRequests
 from drivers.readings import AutopilotConflict, AutopilotHeartbeat, LinkState, Reading
-from gateway.autopilot import kind_of
 from gateway.config import Config
 from gateway.config_sections import MAVLINK
+from gateway.supervision.autopilots import kind_of
 from gateway.wiring import mavlink_decoder, navigation_streams
 
 log = logging.getLogger("gateway")

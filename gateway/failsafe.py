@@ -18,9 +18,9 @@ from detectors.verdict import Level
 from drivers.mavlink.messages import CommandLong, StatusText
 from drivers.readings import AutopilotHeartbeat, CommandAcknowledgement
 from gateway import texts
-from gateway.autopilot import MAV_STATE_CRITICAL, MAV_STATE_EMERGENCY, AutopilotKind, AutopilotWatch, kind_of
 from gateway.findings import Finding
 from gateway.severity import Severity
+from gateway.supervision.autopilots import OWN_FAILSAFE, AutopilotKind, AutopilotWatch, kind_of
 
 ANSWER_S = 1.0
 TRIES = 3
@@ -135,7 +135,7 @@ class Failsafe:
             "not armed": not heard.armed,
             f"autopilot {heard.autopilot} unknown": kind is AutopilotKind.OTHER,
             f"{kind} has none": (kind, action) not in COMMANDS,
-            "own failsafe active": heard.system_status in (MAV_STATE_CRITICAL, MAV_STATE_EMERGENCY),
+            "own failsafe active": heard.system_status in OWN_FAILSAFE,
             JUST_NOW: time_s - self._asked_s < self._interval_s,
         }
         return next((reason for reason, stands in reasons.items() if stands), None)

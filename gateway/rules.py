@@ -11,10 +11,10 @@ from gateway import texts
 from gateway.channel import Judgement, NavigationJudgement, SpeedJudgement, ThrusterJudgement
 from gateway.config import Config
 from gateway.config_sections import MAVLINK
-from gateway.debounce import DebounceTimes
 from gateway.observation import Observation
 from gateway.sensor_observations import SUBJECTS, navigation_observations
 from gateway.silence import SilenceWatch, Watched
+from gateway.supervision.debounce import DebounceTimes
 from gateway.supervisor import Policy, Supervisor
 
 # of two sensors that it could be, most often one is named within a moment: then the pilot hears of that one only

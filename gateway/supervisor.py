@@ -21,12 +21,13 @@ from detectors.verdict import Level
 from drivers.mavlink.messages import CommandLong, CompanionHeartbeat, CompanionState, StatusText
 from drivers.readings import AutopilotHeartbeat, CommandAcknowledgement
 from gateway import texts
-from gateway.autopilot import ArmedEdge, AutopilotWatch
-from gateway.debounce import Debounce, DebounceTimes, Event
 from gateway.failsafe import ACTIONS, Failsafe
 from gateway.findings import Finding
 from gateway.observation import Observation
 from gateway.severity import Severity
+from gateway.supervision.autopilots import ArmedEdge, AutopilotWatch
+from gateway.supervision.debounce import Debounce, DebounceTimes
+from gateway.supervision.levels import Event
 
 Action = Finding | StatusText | CommandLong | CompanionHeartbeat
 

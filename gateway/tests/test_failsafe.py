@@ -5,9 +5,9 @@ import pytest
 from detectors.verdict import Level
 from drivers.mavlink.messages import CommandLong, StatusText
 from drivers.readings import AutopilotHeartbeat, CommandAcknowledgement
-from gateway.autopilot import AutopilotWatch
 from gateway.failsafe import Failsafe
 from gateway.findings import Finding
+from gateway.supervision.autopilots import AutopilotWatch
 
 ARDUSUB, ROVER, PX4, OTHER = (3, 12), (3, 10), (12, 12), (0, 12)
 ACCEPTED, TEMPORARILY_REJECTED, DENIED, IN_PROGRESS = 0, 1, 2, 5

@@ -10,10 +10,11 @@ from hypothesis import strategies as st
 from detectors.verdict import Level
 from drivers.mavlink.messages import CompanionHeartbeat, CompanionState, StatusText
 from drivers.readings import AutopilotHeartbeat
-from gateway.debounce import Debounce, DebounceTimes, Event
 from gateway.findings import Finding
 from gateway.observation import Observation
 from gateway.severity import Severity
+from gateway.supervision.debounce import Debounce, DebounceTimes
+from gateway.supervision.levels import Event
 from gateway.supervisor import TABLE, Policy, Say, Supervisor, diagram
 
 AT_ONCE = DebounceTimes(0.0, 0.0, 0.0)

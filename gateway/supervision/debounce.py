@@ -4,21 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from enum import StrEnum
 
 from detectors.verdict import Level
-
-
-class Event(StrEnum):
-    """What moves the supervisor's table."""
-
-    LEARNING = "UNKNOWN lasted"
-    GOOD = "NORMAL lasted"
-    SUSPICIOUS = "SUSPECT or worse lasted"
-    FAULTY = "FAULT lasted"
-    DISARMED = "vehicle disarmed"
-    ACCEPTED = "operator accepted"
-    REPEAT_DUE = "repeat due"
+from gateway.supervision.levels import Event
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,3 +84,7 @@ class Debounce:
     def unmute(self) -> None:
         """Whatever is bad counts again."""
         self._muted = False
+
+    def reset(self) -> None:
+        """Nothing has lasted yet."""
+        self._since_s.clear()
