@@ -52,6 +52,7 @@ class Packet(NamedTuple):
     system_id: int
     component_id: int
     payload: bytes
+    sequence: int = 0
 
 
 def frame_at(buffer: bytes, start: int) -> Frame | None:
@@ -168,7 +169,7 @@ class FrameScanner:
         self._count_lost(frame)
         if frame.message_id in self._wanted:
             payload = buffer[frame.payload_start : frame.payload_end]
-            packets.append(Packet(frame.message_id, frame.system_id, frame.component_id, payload))
+            packets.append(Packet(frame.message_id, frame.system_id, frame.component_id, payload, frame.sequence))
 
     def _count_outside(self, size: int) -> None:
         if size:
