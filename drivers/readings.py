@@ -253,6 +253,36 @@ class LinkState:
     detail: str
 
 
+@dataclass(frozen=True, slots=True)
+class BusLoad:
+    """How much of its time a CAN bus carries frames.
+
+    Attributes:
+        time_s: end of the interval that it was measured over.
+        link: the bus's name in the configuration.
+        share: of the bit rate, 0.0 to 1.0 and a little above: bit stuffing is estimated.
+    """
+
+    time_s: float
+    link: str
+    share: float
+
+
+@dataclass(frozen=True, slots=True)
+class Lateness:
+    """How late this program is with its own work.
+
+    Attributes:
+        time_s: of the newest reading that is judged by now.
+        behind_s: how long readings wait until they are judged.
+        lost: readings that found no room any more, since this was last said.
+    """
+
+    time_s: float
+    behind_s: float
+    lost: int
+
+
 Reading = (
     ThrusterCommand
     | ThrusterReport
@@ -269,4 +299,6 @@ Reading = (
     | BodyVelocity
     | WaterPressure
     | LinkState
+    | BusLoad
+    | Lateness
 )

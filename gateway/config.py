@@ -158,7 +158,7 @@ class _Parser:
 
     def _checked(self, parts: dict[str, Any], source: str) -> Config:
         if parts["files"] is not None:
-            parts["files"] = self._absolute(parts["files"], "findings", "state")
+            parts["files"] = self._absolute(parts["files"], "findings", "state", "control")
         parts["can"] = tuple(self._absolute(bus, "database") for bus in parts["can"])
         if parts["speed"] is not None and parts["speed"].flow is not None:
             flow = self._absolute(parts["speed"].flow, "file")

@@ -53,6 +53,9 @@ class CanBus(Section):
     bitrate: int | None = Field(
         None, gt=0, description="bit/s, for interfaces that set it; SocketCAN's is set by `ip link`"
     )
+    load_max: float = Field(
+        0.7, gt=0, le=1, description="of the bit rate; percent? 70 % is 0.7. A bus that carries more is told"
+    )
 
 
 class Mavlink(Section):
@@ -253,3 +256,7 @@ class Files(Section):
     findings: PathText = Field(Path("findings.jsonl"), description="findings, one JSON object a line")
     state: PathText = Field(Path("vehicle.state"), description="what was learnt, for the next start")
     save_every_s: float = Field(60.0, ge=1, description="time between two savings of the state")
+    young_s: NotNegative = Field(
+        600.0, description="levels, acknowledgements and mutes of a state older than this are not taken up again"
+    )
+    control: PathText = Field(Path("gateway.sock"), description="socket through which `gateway tell` speaks to it")
