@@ -85,6 +85,37 @@ class AutopilotConflict:
 
 
 @dataclass(frozen=True, slots=True)
+class IdentityConflict:
+    """Another program on the network sends with our own ids; said again every 10 s while it does.
+
+    Attributes:
+        time_s: reception of the packet that left no doubt.
+        system_id, component_id: ours, and that program's.
+    """
+
+    time_s: float
+    system_id: int
+    component_id: int
+
+
+@dataclass(frozen=True, slots=True)
+class AutopilotClock:
+    """Our clock against the autopilot's, as TIMESYNC measured it of late.
+
+    Attributes:
+        time_s: reception of the answer.
+        system_id: the autopilot's.
+        offset_s: to be added to its time since boot.
+        round_trip_s: of the quickest exchange of late, which `offset_s` is from; it is wrong by half of that at most.
+    """
+
+    time_s: float
+    system_id: int
+    offset_s: float
+    round_trip_s: float
+
+
+@dataclass(frozen=True, slots=True)
 class CommandAcknowledgement:
     """COMMAND_ACK: MAV_CMD, MAV_RESULT, and progress in percent while in progress (255 = not said)."""
 
@@ -289,6 +320,8 @@ Reading = (
     | AutopilotHeartbeat
     | AutopilotReboot
     | AutopilotConflict
+    | IdentityConflict
+    | AutopilotClock
     | CommandAcknowledgement
     | OperatorRequest
     | Attitude

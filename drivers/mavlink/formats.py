@@ -55,6 +55,8 @@ SCALED_PRESSURES = tuple(generated(name) for name in ("SCALED_PRESSURE", "SCALED
 VISION_POSITION_DELTA = generated("VISION_POSITION_DELTA")
 VISION_SPEED_ESTIMATE = generated("VISION_SPEED_ESTIMATE")
 ODOMETRY = generated("ODOMETRY")
+COMMAND_LONG = generated("COMMAND_LONG")
+COMMAND_INT = generated("COMMAND_INT")
 COMMAND_ACK = generated("COMMAND_ACK")
 RPM = generated("RPM")
 ESC_TELEMETRY = tuple(generated(f"ESC_TELEMETRY_{first}_TO_{first + 3}") for first in range(1, 33, 4))
@@ -64,6 +66,9 @@ ESC_TELEMETRY = tuple(generated(f"ESC_TELEMETRY_{first}_TO_{first + 3}") for fir
 ESC_INFO = MessageFormat(290, 251, struct.Struct("<Q4IH4H4h4B"))
 # PX4, common.xml: time_usec, rpm[4] (signed), voltage[4] (V), current[4] (A), index of the first of these four ESCs.
 ESC_STATUS = MessageFormat(291, 10, struct.Struct("<Q4i4f4fB"))
+
+# tc1, ts1 (ns), and the target system and component of 2022 that pymavlink does not have yet: zeros mean all.
+TIMESYNC = MessageFormat(111, generated("TIMESYNC").crc_extra, struct.Struct("<qqBB"))
 
 CRC_EXTRA: dict[int, int] = {message_id: message.crc_extra for message_id, message in dialect.mavlink_map.items()}
 CRC_EXTRA |= {extra.message_id: extra.crc_extra for extra in (ESC_INFO, ESC_STATUS)}

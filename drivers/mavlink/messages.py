@@ -5,13 +5,16 @@ Never sent, on purpose: SYS_STATUS (ArduSub reads an unhealthy bit in it as a le
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import IntEnum
 
 TEXT_MAX = 50  # STATUSTEXT.text; longer ones go out in chunks that ArduSub logs and forwards one by one, never joined
+LONG_TEXT_MAX = 200
 NAME_MAX = 10  # NAMED_VALUE_FLOAT.name
 SEVERITY_MAX = 7  # MAV_SEVERITY_DEBUG
 FLOAT32_MAX = 3.4028234663852886e38
+UINT32_MAX = 2**32 - 1
 
 COMMAND_ARM_DISARM = 400  # MAV_CMD_COMPONENT_ARM_DISARM
 FORCE_ARM = 2989.0  # its param2: arm whatever the checks say
@@ -38,8 +41,8 @@ class StatusText:
 
     Attributes:
         severity: MAV_SEVERITY, 0 (emergency) to 7 (debug).
-        text: 1 to 50 printable ASCII characters. A trailing tab would make QGroundControl drop it as the twin of an
-            event, so control characters are refused altogether.
+        text: 1 to 200 printable ASCII characters; beyond 50 it goes out in chunks. A trailing tab would make
+            QGroundControl drop it as the twin of an event, so control characters are refused altogether.
 
     Raises:
         ValueError: severity or text out of these bounds.
@@ -51,8 +54,8 @@ class StatusText:
     def __post_init__(self) -> None:
         if not 0 <= self.severity <= SEVERITY_MAX:
             raise ValueError(f"severity must lie in 0..{SEVERITY_MAX} (MAV_SEVERITY), got {self.severity}")
-        if not 1 <= len(self.text) <= TEXT_MAX:
-            raise ValueError(f"text must have 1..{TEXT_MAX} characters, got {len(self.text)}: {self.text!r}")
+        if not 1 <= len(self.text) <= LONG_TEXT_MAX:
+            raise ValueError(f"text must have 1..{LONG_TEXT_MAX} characters, got {len(self.text)}: {self.text!r}")
         if not (self.text.isascii() and self.text.isprintable()):
             raise ValueError(f"text must be printable ASCII, got {self.text!r}")
 
@@ -138,4 +141,53 @@ class NamedValue:
             raise ValueError(f"value must be finite and fit a 32-bit float, got {self.value}")
 
 
-OutgoingMessage = CompanionHeartbeat | StatusText | CommandLong | CommandAck | NamedValue
+@dataclass(frozen=True, slots=True)
+class TimeSync:
+    """TIMESYNC: asks for another clock, or answers who asked for ours.
+
+    Attributes:
+        answered_ns: the clock that answers; 0 in a question.
+        asked_ns: the clock that asked, when it did.
+        target_system, target_component: who is asked, or who asked.
+    """
+
+    answered_ns: int
+    asked_ns: int
+    target_system: int
+    target_component: int
+
+
+@dataclass(frozen=True, slots=True)
+class ComputerStatus:
+    """ONBOARD_COMPUTER_STATUS: how the machine is that we run on. None and empty: not known.
+
+    Attributes:
+        unix_s: now.
+        uptime_s: since that machine booted.
+        cpu_percent: load of each core, of the first eight.
+        core_celsius: temperatures of its processor, of the first eight sensors.
+        memory_mib, storage_mib: (used, in all).
+
+    Raises:
+        ValueError: a number that is not finite, or does not fit its field.
+    """
+
+    unix_s: float
+    uptime_s: float
+    cpu_percent: tuple[float, ...] = ()
+    core_celsius: tuple[float, ...] = ()
+    memory_mib: tuple[int, int] | None = None
+    storage_mib: tuple[int, int] | None = None
+
+    def __post_init__(self) -> None:
+        for name, value in (("unix_s", self.unix_s), ("uptime_s", self.uptime_s)):
+            if not 0.0 <= value < math.inf:
+                raise ValueError(f"{name} must be finite and not negative, got {value}")
+        if not all(map(math.isfinite, (*self.cpu_percent, *self.core_celsius))):
+            raise ValueError(f"loads and temperatures must be finite, got {self.cpu_percent}, {self.core_celsius}")
+        for name, pair in (("memory_mib", self.memory_mib), ("storage_mib", self.storage_mib)):
+            if pair is not None and not all(0 <= size < UINT32_MAX for size in pair):
+                raise ValueError(f"{name} must lie in 0..{UINT32_MAX - 1}, got {pair}")
+
+
+OutgoingMessage = CompanionHeartbeat | StatusText | CommandLong | CommandAck | NamedValue | TimeSync | ComputerStatus

@@ -55,7 +55,7 @@ def test_sequence_numbers_run_and_wrap():
         lambda: MavlinkEncoder(1, 1),
         lambda: StatusText(8, "x"),
         lambda: StatusText(4, ""),
-        lambda: StatusText(4, "x" * 51),
+        lambda: StatusText(4, "x" * 201),
         lambda: StatusText(4, "event twin\t"),
         lambda: StatusText(4, "Tauchgang \u00fcber 10 m"),
         lambda: CommandLong(400, (1.0, 2989.0, 0.0, 0.0, 0.0, 0.0, 0.0), 1),
