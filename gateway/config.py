@@ -160,6 +160,8 @@ class _Parser:
         if parts["files"] is not None:
             parts["files"] = self._absolute(parts["files"], "findings", "state", "control")
         parts["can"] = tuple(self._absolute(bus, "database") for bus in parts["can"])
+        if parts["mavlink"] is not None:
+            parts["mavlink"] = self._absolute(parts["mavlink"], "signing_key")
         if parts["speed"] is not None and parts["speed"].flow is not None:
             flow = self._absolute(parts["speed"].flow, "file")
             parts["speed"] = parts["speed"].model_copy(update={"flow": flow})

@@ -71,6 +71,16 @@ class Mavlink(Section):
     system_id: int | None = Field(
         None, ge=1, le=254, description="the vehicle's system; left out: the one autopilot seen"
     )
+    operators: list[Annotated[int, Field(ge=1, le=255)]] = Field(
+        [255], description="systems whose commands to us are taken; 255 is the ground station's"
+    )
+    signing_key: PathText | None = Field(
+        None, description="file with the key of MAVLink 2 signing; left out: nothing is signed, nothing checked"
+    )
+    signing_link_id: int = Field(0, ge=0, le=255, description="link id in our own signatures")
+    accept_unsigned: bool = Field(
+        False, description="True for an autopilot that does not sign, e.g. on USB: all but commands to us is heard"
+    )
 
 
 class CommandSource(Section):
