@@ -15,7 +15,7 @@ import re
 import struct
 from collections import Counter
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from drivers.mavlink.formats import CRC_EXTRA, checksum
 
@@ -46,13 +46,27 @@ class Frame(NamedTuple):
 
 
 class Packet(NamedTuple):
-    """A checked frame that was wanted."""
+    """A checked frame that was wanted. `signed`: with a signature, which the gate found right."""
 
     message_id: int
     system_id: int
     component_id: int
     payload: bytes
     sequence: int = 0
+    signed: bool = False
+
+
+class Gate(Protocol):
+    """Decides who is let in: see `drivers.mavlink.signing`."""
+
+    def refusal(self, frame: Frame, packet: bytes, time_s: float) -> str:
+        """Why a packet must not be read, "" where it may; asked once for each."""
+        ...
+
+
+def is_signed(packet: bytes) -> bool:
+    """Whether a packet carries a signature, right or wrong. MAVLink 1 has none."""
+    return packet[0] == MAGIC_2 and bool(packet[2] & FLAG_SIGNED)
 
 
 def frame_at(buffer: bytes, start: int) -> Frame | None:
@@ -84,12 +98,14 @@ class FrameScanner:
     Args:
         wanted: ids of the messages to return; the others are checked and skipped.
         drops: counted here by cause: "checksum", "unsupported flags", "unknown message", "bytes outside frames" and
-            "lost in transit" (gaps in the senders' sequence numbers).
+            "lost in transit" (gaps in the senders' sequence numbers), and the gate's.
+        gate: is asked about every frame that is found, wanted or not; None: all are let in.
     """
 
-    def __init__(self, wanted: Iterable[int], drops: Counter[str]) -> None:
+    def __init__(self, wanted: Iterable[int], drops: Counter[str], gate: Gate | None = None) -> None:
         self._wanted = frozenset(wanted)
         self._drops = drops
+        self._gate = gate
         self._pending = b""
         self._in_step = True
         self._fed_s = 0.0
@@ -139,7 +155,7 @@ class FrameScanner:
                     self._drops[fault] += 1
             elif frame is not None:
                 self._count_outside(start - done)
-                self._take(buffer, frame, packets)
+                self._take(buffer, start, frame, packets)
                 done = search = frame.end
                 unfinished, self._in_step = None, True
         keep = len(buffer) if unfinished is None else unfinished
@@ -165,11 +181,20 @@ class FrameScanner:
         self._drops[UNKNOWN] += 1
         return ""
 
-    def _take(self, buffer: bytes, frame: Frame, packets: list[Packet]) -> None:
+    def _take(self, buffer: bytes, start: int, frame: Frame, packets: list[Packet]) -> None:
+        signed = False
+        if self._gate is not None:
+            whole = buffer[start : frame.end]
+            if refusal := self._gate.refusal(frame, whole, self._fed_s):
+                self._drops[refusal] += 1
+                return
+            signed = is_signed(whole)
         self._count_lost(frame)
         if frame.message_id in self._wanted:
             payload = buffer[frame.payload_start : frame.payload_end]
-            packets.append(Packet(frame.message_id, frame.system_id, frame.component_id, payload, frame.sequence))
+            packets.append(
+                Packet(frame.message_id, frame.system_id, frame.component_id, payload, frame.sequence, signed)
+            )
 
     def _count_outside(self, size: int) -> None:
         if size:
