@@ -5,10 +5,12 @@ from __future__ import annotations
 import asyncio
 from collections import Counter
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import Any, NoReturn
 
 from drivers.can.error_frame import BusCondition, condition
 from drivers.can.frame import CanFilter, CanFrame
+from drivers.can.hanging import in_thread
 from drivers.can.interface import PortOpener, port_opener
 from drivers.can.port import CanPort, CanPortError
 from drivers.clock import Clock
@@ -16,6 +18,8 @@ from drivers.readings import LinkState
 
 BACK_OFF_FIRST_S = 0.1
 BACK_OFF_MAX_S = 2.0
+# an adapter that no longer answers is not waited for
+CLOSE_S = 0.5
 
 # What a condition means for the link: (up, detail). Other conditions are counted only.
 _STATES = {
@@ -35,7 +39,8 @@ class CanLink:
 
     It only listens: nothing is ever put on the bus but by `send`. An interface that is missing, down, deleted or
     unplugged is tried again after 0.1 s, 0.2 s, ... 2 s. A controller that went bus-off is brought back by the kernel
-    where the interface has a `restart-ms`, and is reported as down until then.
+    where the interface has a `restart-ms`, and is reported as down until then. An adapter that hangs while it is
+    opened or closed keeps nobody else waiting: that is done in a thread.
 
     Args:
         name: of the link in the configuration.
@@ -89,7 +94,7 @@ class CanLink:
             except CanPortError as error:
                 self._report(on_state, False, str(error))
             finally:
-                self._close()
+                await self._close()
             if self.counters["frames"] > received:
                 back_off_s = BACK_OFF_FIRST_S
             await asyncio.sleep(back_off_s)
@@ -108,7 +113,7 @@ class CanLink:
 
     async def _serve(self, on_frames: OnFrames, on_state: OnState) -> NoReturn:
         """Open the bus and read it until it fails."""
-        self._port = port = self._open_port(self._filters, self._clock, self.counters)
+        self._port = port = await in_thread(self._open, abandon=lambda late: late.close())
         self.counters["connections"] += 1
         self._report(on_state, True, "")
         while True:
@@ -117,6 +122,9 @@ class CanLink:
             if data_frames:
                 self.counters["frames"] += len(data_frames)
                 on_frames(data_frames)
+
+    def _open(self) -> CanPort:
+        return self._open_port(self._filters, self._clock, self.counters)
 
     def _is_data(self, frame: CanFrame, on_state: OnState) -> bool:
         """True for a data frame; what an error frame says is counted and reported."""
@@ -135,7 +143,9 @@ class CanLink:
             self._state = up, detail
             on_state(LinkState(self._clock.now(), self.name, up, detail))
 
-    def _close(self) -> None:
-        if self._port is not None:
-            self._port.close()
-            self._port = None
+    async def _close(self) -> None:
+        port, self._port = self._port, None
+        if port is not None:
+            with suppress(TimeoutError):
+                async with asyncio.timeout(CLOSE_S):
+                    await in_thread(port.close)
