@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import partial
 from typing import Any
 
 from drivers.mavlink import formats
 from drivers.mavlink.autopilot import AUTOPILOT_COMPONENT, AUTOPILOT_INVALID, AutopilotChoice
+from drivers.mavlink.commands import COMMANDS, OperatorCommands
 from drivers.mavlink.encoder import COMPANION_COMPONENT, check_component
 from drivers.mavlink.fixes import PositionFixes
 from drivers.mavlink.formats import ESC_TELEMETRY, MessageFormat
-from drivers.mavlink.frames import FrameScanner, Packet
+from drivers.mavlink.frames import FrameScanner, Gate, Packet
 from drivers.mavlink.inertial import Barometers, InertialUnits
+from drivers.mavlink.messages import CommandAck, TimeSync
+from drivers.mavlink.own_frames import OwnFrames
 from drivers.mavlink.thrusters import ESCS_PER_MESSAGE, MavlinkThruster, ThrusterTelemetry
+from drivers.mavlink.timesync import Timesync
 from drivers.mavlink.vehicle import VehicleTelemetry, heartbeat
 from drivers.mavlink.velocities import BodyVelocities
 from drivers.readings import Attitude, AutopilotConflict, Reading
@@ -26,6 +30,8 @@ GROUND_SYSTEM = 255
 VELOCITIES = frozenset(
     message.message_id for message in (formats.VISION_POSITION_DELTA, formats.VISION_SPEED_ESTIMATE, formats.ODOMETRY)
 )
+ADDRESSED = frozenset({formats.TIMESYNC.message_id, *COMMANDS})
+ANSWERS_MAX = 64  # that wait, where nobody sends them: a replay
 
 Handler = tuple[MessageFormat, Callable[[tuple[Any, ...], float], list[Reading]]]
 
@@ -33,16 +39,17 @@ Handler = tuple[MessageFormat, Callable[[tuple[Any, ...], float], list[Reading]]
 class MavlinkDecoder:
     """A stream of MAVLink 1 and 2 from a vehicle to readings: what its autopilot says, and nobody else.
 
-    (But for GPS_INPUT, which positioning systems send as other components of the vehicle, and for DVLs, whose drivers
-    do that, too, or use a ground station's system id.)
+    (But for GPS_INPUT, which positioning systems send as other components of the vehicle, for DVLs, whose drivers do
+    that, too, or use a ground station's system id, and for what is addressed to us: commands, and who asks the time.)
 
-    No byte makes it raise. Signed frames are taken like any other: their signature is not checked.
+    No byte makes it raise. Without a gate, signed frames are taken like any other: their signature is not checked.
 
     Args:
         thrusters: where commands and speeds are found.
         own_component: component id under which the gateway sends; what comes back from it is ignored.
         autopilot_system: MAVLink system id of our autopilot; None: the only one that is heard.
         navigation: True where inertial units, water pressure and DVL are wanted, too.
+        gate: lets in who may speak, see `drivers.mavlink.signing`; None: all.
 
     Attributes:
         drops: what was thrown away, counted by cause.
@@ -57,6 +64,7 @@ class MavlinkDecoder:
         own_component: int = COMPANION_COMPONENT,
         autopilot_system: int | None = None,
         navigation: bool = False,
+        gate: Gate | None = None,
     ) -> None:
         check_component(own_component)
         for name in ("thruster", "esc_index", "rpm_sensor"):
@@ -70,10 +78,14 @@ class MavlinkDecoder:
         self._handlers_system = autopilot_system
         self._fixes = PositionFixes(self.drops)
         self._velocities = BodyVelocities(self.drops)
-        wanted = {formats.HEARTBEAT.message_id, formats.GPS_INPUT.message_id, *self._handlers}
+        self._commands = OperatorCommands(operators, require_signed, own_component, self.drops)
+        self._answers: list[CommandAck | TimeSync] = []
+        self.own = OwnFrames(self.drops)
+        self.timesync = Timesync(own_component, self.drops)
+        wanted = {*ADDRESSED, formats.HEARTBEAT.message_id, formats.GPS_INPUT.message_id, *self._handlers}
         if navigation:
             wanted |= VELOCITIES
-        self._scanner = FrameScanner(wanted, self.drops)
+        self._scanner = FrameScanner(wanted, self.drops, gate)
 
     @property
     def autopilot_system(self) -> int | None:
@@ -89,17 +101,34 @@ class MavlinkDecoder:
         """
         readings: list[Reading] = []
         for packet in self._scanner.feed(data, time_s):
-            if packet.message_id == formats.GPS_INPUT.message_id:
-                readings += self._from_positioning(packet, time_s)
-            elif packet.message_id in VELOCITIES:
-                readings += self._from_dvl(packet, time_s)
-            elif packet.component_id == AUTOPILOT_COMPONENT:
-                readings += self._from_autopilot(packet, time_s)
+            readings += self._from_somebody(packet, time_s)
         return readings
 
-    def _from_positioning(self, packet: Packet, time_s: float) -> list[Reading]:
-        if packet.component_id == self._own_component:
+    def answers(self) -> list[CommandAck | TimeSync]:
+        """What is to be sent at once, by the rules of the protocol alone; each is given out once."""
+        answers, self._answers = self._answers, []
+        return answers
+
+    def _from_somebody(self, packet: Packet, time_s: float) -> Sequence[Reading]:
+        if (packet.system_id, packet.component_id) == (self._autopilot.system_id, self._own_component):
+            return self.own.take(packet, time_s)
+        if packet.message_id in ADDRESSED:
+            return self._addressed(packet, time_s)
+        if packet.message_id == formats.GPS_INPUT.message_id:
+            return self._from_positioning(packet, time_s)
+        if packet.message_id in VELOCITIES:
+            return self._from_dvl(packet, time_s)
+        return self._from_autopilot(packet, time_s) if packet.component_id == AUTOPILOT_COMPONENT else []
+
+    def _addressed(self, packet: Packet, time_s: float) -> list[Reading]:
+        receiver = self.timesync if packet.message_id == formats.TIMESYNC.message_id else self._commands
+        taken = receiver.take(packet, self._autopilot.system_id, time_s)
+        if isinstance(taken, CommandAck | TimeSync):
+            self._answers = [*self._answers, taken][-ANSWERS_MAX:]
             return []
+        return [] if taken is None else [taken]
+
+    def _from_positioning(self, packet: Packet, time_s: float) -> list[Reading]:
         if packet.system_id != self._autopilot.system_id:
             self.drops["not our vehicle"] += 1
             return []
@@ -107,8 +136,6 @@ class MavlinkDecoder:
 
     def _from_dvl(self, packet: Packet, time_s: float) -> list[Reading]:
         ours = self._autopilot.system_id
-        if (packet.system_id, packet.component_id) == (ours, self._own_component):
-            return []
         if ours is None or packet.system_id not in (ours, GROUND_SYSTEM):
             self.drops["not our vehicle"] += 1
             return []
