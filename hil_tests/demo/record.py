@@ -12,8 +12,9 @@ from detectors.speed.sample import PoseSample, SpeedVerdict
 from detectors.thruster.sample import ThrusterSample, ThrusterVerdict
 from detectors.verdict import Level
 from gateway.sensor_observations import SUBJECTS
-from hil_tests.rig.ardusub import Command, Mode
-from hil_tests.rig.autopilot import Notes, ReceivedCommand, ReceivedText
+from hil_tests.rig.ardusub import Mode
+from hil_tests.rig.commands import Command
+from hil_tests.rig.notes import Notes, ReceivedCommand, ReceivedText
 
 WARNING = 4  # MAV_SEVERITY: from here on upwards (smaller numbers) a text is an alarm
 CRITICAL_STATE = 5  # MAV_STATE_CRITICAL
@@ -194,4 +195,5 @@ def _in_words(command: ReceivedCommand) -> str:
     name = Command(command.command).name
     if command.command == Command.DO_SET_MODE and command.parameters[1] in set(Mode):
         name += f" {Mode(int(command.parameters[1])).name}"
-    return f"COMMAND_LONG {name}: answered {command.result.name}"
+    answer = "not answered" if command.result is None else f"answered {command.result.name}"
+    return f"COMMAND_LONG {name}: {answer}"

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from math import inf, isfinite, nan
 
 from hil_tests.demo.record import WARNING, Recording, Trouble, Truth, names
-from hil_tests.rig.ardusub import Command
-from hil_tests.rig.autopilot import Notes, ReceivedText
+from hil_tests.rig.commands import Command
+from hil_tests.rig.notes import Notes, ReceivedText
 
 
 @dataclass(frozen=True, slots=True)

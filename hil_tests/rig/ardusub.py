@@ -6,16 +6,18 @@ only good enough to make every mode move the simulated vehicle the way its name 
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import replace
 from enum import IntEnum
-from math import cos, isfinite, sin
+from math import inf
+from typing import ClassVar
 
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from hil_tests.rig.commander import ALL_KNOWN, SURFACE_DEPTH_M, Commander, Estimates, Handler
+from hil_tests.rig.commands import ACCEPTED, CUSTOM_MODE_ENABLED, Answer, Command, Result, whole
 from hil_tests.rig.pilot import Sticks
 from hil_tests.rig.vehicle import Motion
-
-SURFACE_DEPTH_M = 0.3
-STICK_CENTRED = 0.05
 
 
 class Mode(IntEnum):
@@ -36,68 +38,47 @@ class Mode(IntEnum):
 
 # AUTO, GUIDED, CIRCLE and the rest want a mission, a target or a motor test that this vehicle has not got.
 FLYABLE = frozenset({Mode.STABILIZE, Mode.ACRO, Mode.ALT_HOLD, Mode.SURFACE, Mode.POSHOLD, Mode.MANUAL})
+NEEDS_DEPTH = frozenset({Mode.ALT_HOLD, Mode.SURFACE, Mode.POSHOLD})
 
 
-class Command(IntEnum):
-    """The MAV_CMD that are answered here."""
-
-    NAV_LOITER_UNLIM = 17
-    NAV_LAND = 21
-    DO_SET_MODE = 176
-    DO_FLIGHTTERMINATION = 185
-    COMPONENT_ARM_DISARM = 400
-
-
-class Result(IntEnum):
-    """MAV_RESULT."""
-
-    ACCEPTED = 0
-    TEMPORARILY_REJECTED = 1
-    DENIED = 2
-    UNSUPPORTED = 3
-    FAILED = 4
-
-
-@dataclass(frozen=True, slots=True)
-class Answer:
-    """Result of a command, and what the autopilot says to it (empty: nothing)."""
-
-    result: Result
-    text: str = ""
-
-
-def whole(parameter: float) -> int:
-    """A parameter that stands for a number of something; 0 where it is none."""
-    return int(parameter) if isfinite(parameter) else 0
-
-
-class ArduSub:
-    """Mode and arming state, and the demand that they make of the sticks.
+class ArduSub(Commander):
+    """See `Commander`.
 
     Args:
         mode: to begin with.
         armed: to begin with.
+        estimates: what it knows of where it is.
     """
 
-    def __init__(self, mode: Mode = Mode.MANUAL, armed: bool = True) -> None:
-        self.mode = mode
-        self.armed = armed
-        self._target: Motion | None = None
-        self._answers: dict[int, Callable[[tuple[float, ...]], Answer]] = {
-            Command.DO_SET_MODE: self._do_set_mode,
-            Command.NAV_LAND: lambda _: self._change_mode(Mode.SURFACE),
-            Command.NAV_LOITER_UNLIM: lambda _: self._change_mode(Mode.POSHOLD),
-            Command.DO_FLIGHTTERMINATION: self._terminate,
-            Command.COMPONENT_ARM_DISARM: self._arm_disarm,
-        }
+    autopilot = mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
+    streams: ClassVar[Mapping[int, float]] = {
+        mavlink.MAVLINK_MSG_ID_HEARTBEAT: 1.0,
+        mavlink.MAVLINK_MSG_ID_ATTITUDE: 0.1,
+        mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: 1.0 / 3.0,
+        mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: inf,
+        mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW: 0.5,
+        mavlink.MAVLINK_MSG_ID_RAW_IMU: 0.5,
+        mavlink.MAVLINK_MSG_ID_SCALED_PRESSURE2: 0.5,
+        mavlink.MAVLINK_MSG_ID_SYSTEM_TIME: inf,
+    }
+    clock_request_s = 10.0
 
-    def answer(self, command: int, parameters: tuple[float, ...]) -> Answer:
-        """Obey a COMMAND_LONG (seven parameters), or refuse it as ArduSub would."""
-        handler = self._answers.get(command)
-        return handler(parameters) if handler else Answer(Result.UNSUPPORTED)
+    def __init__(self, mode: Mode = Mode.MANUAL, armed: bool = True, estimates: Estimates = ALL_KNOWN) -> None:
+        super().__init__(armed, estimates)
+        self.mode = mode
+
+    @property
+    def custom_mode(self) -> int:
+        """The mode's number."""
+        return int(self.mode)
+
+    @property
+    def mode_name(self) -> str:
+        """As in ArduSub/mode.h."""
+        return self.mode.name
 
     def demand(self, sticks: Sticks, motion: Motion) -> Sticks:
-        """What the thrusters are to do, from the pilot's sticks and the vehicle's motion, in the present mode."""
+        """As in `Commander`."""
         if self.mode is Mode.SURFACE and motion.down_m <= SURFACE_DEPTH_M:
             self._change_mode(Mode.ALT_HOLD)  # ArduSub hands over by itself (reason SURFACE_COMPLETE)
         if not self.armed:
@@ -105,14 +86,27 @@ class ArduSub:
         if self.mode is Mode.SURFACE:
             return replace(sticks, down=-0.5)
         if self.mode is Mode.ALT_HOLD:
-            return replace(sticks, down=self._hold(sticks, motion).down)
+            return self._keeper.hold_depth(sticks, motion)
         if self.mode is Mode.POSHOLD:
-            return self._hold(sticks, motion)
+            return self._keeper.hold(sticks, motion)
         return sticks
 
+    def restart(self) -> None:
+        """As in `Commander`: ArduSub starts in MANUAL."""
+        self.mode, self.armed, self.failsafe = Mode.MANUAL, False, False
+        self._keeper.release()
+
+    def _answering(self) -> Mapping[int, Handler]:
+        return {
+            Command.DO_SET_MODE: self._do_set_mode,
+            Command.NAV_LAND: lambda _: self._change_mode(Mode.SURFACE),
+            Command.NAV_LOITER_UNLIM: lambda _: self._change_mode(Mode.POSHOLD),
+            Command.DO_FLIGHTTERMINATION: self._terminate,
+            Command.COMPONENT_ARM_DISARM: self._arm_disarm,
+        }
+
     def _do_set_mode(self, parameters: tuple[float, ...]) -> Answer:
-        custom_mode_enabled = whole(parameters[0]) & 1
-        if not custom_mode_enabled:
+        if not whole(parameters[0]) & CUSTOM_MODE_ENABLED:
             return Answer(Result.DENIED)
         number = whole(parameters[1])
         if number not in set(Mode):
@@ -120,50 +114,31 @@ class ArduSub:
         return self._change_mode(Mode(number))
 
     def _change_mode(self, mode: Mode) -> Answer:
-        if mode not in FLYABLE:
-            return Answer(Result.FAILED, f"Mode change failed: {mode.name}")
+        reason = self._obstacle(mode)
+        if reason is not None:
+            return Answer(Result.FAILED, f"Mode change failed: {mode.name}{reason}")
         if mode is not self.mode:
-            self.mode, self._target = mode, None
-        return Answer(Result.ACCEPTED)
+            self.mode = mode
+            self._keeper.release()
+        return ACCEPTED
+
+    def _obstacle(self, mode: Mode) -> str | None:
+        if mode not in FLYABLE:
+            return ""
+        if mode in NEEDS_DEPTH and not self.estimates.depth:
+            return " need alt estimate"
+        if mode is Mode.POSHOLD and not self.estimates.position:
+            return " requires position"
+        return None
 
     def _terminate(self, parameters: tuple[float, ...]) -> Answer:
         if parameters[0] <= 0.5:
             return Answer(Result.FAILED)
         self.armed = False
-        return Answer(Result.ACCEPTED)
+        return ACCEPTED
 
     def _arm_disarm(self, parameters: tuple[float, ...]) -> Answer:
         if parameters[0] not in {0.0, 1.0}:
             return Answer(Result.UNSUPPORTED)
         self.armed = parameters[0] == 1.0
-        return Answer(Result.ACCEPTED)
-
-    def _hold(self, sticks: Sticks, motion: Motion) -> Sticks:
-        """Keep the place, except along the axes on which the pilot has a hand; there the place moves along."""
-        target = self._target or motion
-        forward, right = _in_body(target.north_m - motion.north_m, target.east_m - motion.east_m, motion.yaw_rad)
-        hands_on = max(abs(sticks.forward), abs(sticks.right)) > STICK_CENTRED
-        down_on = abs(sticks.down) > STICK_CENTRED
-        forward_mps, right_mps, down_mps = motion.over_ground_mps()
-        self._target = replace(
-            target,
-            north_m=motion.north_m if hands_on else target.north_m,
-            east_m=motion.east_m if hands_on else target.east_m,
-            down_m=motion.down_m if down_on else target.down_m,
-        )
-        return Sticks(
-            forward=sticks.forward if hands_on else _towards(forward, forward_mps),
-            right=sticks.right if hands_on else _towards(right, right_mps),
-            down=sticks.down if down_on else _towards(target.down_m - motion.down_m, down_mps),
-            yaw=sticks.yaw,
-        )
-
-
-def _towards(distance_m: float, velocity_mps: float) -> float:
-    """Proportional and damping, limited to half of the stick."""
-    return max(-0.5, min(0.5, 0.6 * distance_m - 0.5 * velocity_mps))
-
-
-def _in_body(north_m: float, east_m: float, yaw_rad: float) -> tuple[float, float]:
-    cosine, sine = cos(yaw_rad), sin(yaw_rad)
-    return cosine * north_m + sine * east_m, -sine * north_m + cosine * east_m
+        return ACCEPTED

@@ -14,12 +14,13 @@ import can
 from hil_tests.rig import acoustic, dvl
 from hil_tests.rig.acoustic import AcousticErrors, AcousticSystem
 from hil_tests.rig.ardusub import ArduSub
-from hil_tests.rig.autopilot import AutopilotPeer, Notes
+from hil_tests.rig.autopilot import AutopilotPeer
 from hil_tests.rig.esc import CommandNode, EscBank, raw_command_filter
 from hil_tests.rig.faults import HullFault, InjectedFault
 from hil_tests.rig.helm import Course, steer
 from hil_tests.rig.instruments import Equipment, Instruments
 from hil_tests.rig.navigation import NavigationErrors, NavigationFilter
+from hil_tests.rig.notes import Notes
 from hil_tests.rig.pilot import WORKING, DrivingStyle, Pilot, Sticks
 from hil_tests.rig.telemetry import Telemetry
 from hil_tests.rig.vehicle import Motion, Vehicle, mix
@@ -148,7 +149,7 @@ class EmbeddedVehicle:
     @property
     def mode(self) -> str:
         """The autopilot's present mode."""
-        return self._ardusub.mode.name
+        return self._ardusub.mode_name
 
     def __enter__(self) -> EmbeddedVehicle:
         self._thread.start()

@@ -31,10 +31,10 @@ from hil_tests.demo.record import (
 from hil_tests.demo.speed_plot import SpeedStory, draw_speed
 from hil_tests.demo.summary import summarize, summary_lines
 from hil_tests.demo.tracks import Track, track
-from hil_tests.rig.ardusub import Result
-from hil_tests.rig.autopilot import Notes, ReceivedCommand, ReceivedHeartbeat, ReceivedText
+from hil_tests.rig.commands import Result
 from hil_tests.rig.embedded import Moment
 from hil_tests.rig.geodesy import degrees_e7
+from hil_tests.rig.notes import Notes, ReceivedCommand, ReceivedHeartbeat, ReceivedText
 from hil_tests.rig.vehicle import Motion
 
 START_S = 1000.0

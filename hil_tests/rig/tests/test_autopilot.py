@@ -8,8 +8,9 @@ from math import nan
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from hil_tests.rig.ardusub import Answer, ArduSub, Mode, Result
+from hil_tests.rig.ardusub import ArduSub, Mode
 from hil_tests.rig.autopilot import AutopilotPeer
+from hil_tests.rig.commands import Answer, Result
 from hil_tests.rig.pilot import Sticks
 from hil_tests.rig.telemetry import Telemetry
 from hil_tests.rig.vehicle import Hull, Motion, mix
@@ -115,6 +116,7 @@ def test_streams_come_at_the_rate_asked_for(companion, peer):
     assert counts.pop("SERVO_OUTPUT_RAW") == pytest.approx(200, abs=2)
     assert counts.pop("LOCAL_POSITION_NED") == pytest.approx(100, abs=2)
     assert counts.pop("GLOBAL_POSITION_INT") == pytest.approx(30, abs=1)
+    assert counts.pop("TIMESYNC") == 1  # its own question
     assert not counts
 
 
