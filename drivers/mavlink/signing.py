@@ -194,7 +194,7 @@ class Signing:
         """
         frame = frame_at(packet, 0) if packet[:1] == bytes((MAGIC_2,)) else None
         if frame is None or frame.end != len(packet) or is_signed(packet):
-            raise ValueError(f"want one unsigned MAVLink 2 packet, got {packet.hex()}")
+            raise ValueError(f"want one unsigned MAVLink 2 packet, got {len(packet)} bytes of something else")
         body = packet[:2] + bytes((packet[2] | FLAG_SIGNED,)) + packet[3:-CHECKSUM_SIZE]
         crc = checksum(body[1:], CRC_EXTRA[frame.message_id])
         self._sent = max(self._sent + 1, self.clock(time_s))
