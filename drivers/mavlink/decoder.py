@@ -49,10 +49,14 @@ class MavlinkDecoder:
         own_component: component id under which the gateway sends; what comes back from it is ignored.
         autopilot_system: MAVLink system id of our autopilot; None: the only one that is heard.
         navigation: True where inertial units, water pressure and DVL are wanted, too.
-        gate: lets in who may speak, see `drivers.mavlink.signing`; None: all.
+        gate: lets in who may speak, see `drivers.mavlink.signing`; None: all. With a gate, commands to us must be
+            signed, whatever else it lets in.
+        operators: system ids whose commands to us are taken.
 
     Attributes:
         drops: what was thrown away, counted by cause.
+        own: what we sent is told to it, to be known again.
+        timesync: what we ask of the autopilot's clock.
 
     Raises:
         ValueError: ids out of their range, or two thrusters with the same number, ESC or sensor.
@@ -65,6 +69,7 @@ class MavlinkDecoder:
         autopilot_system: int | None = None,
         navigation: bool = False,
         gate: Gate | None = None,
+        operators: Collection[int] = (GROUND_SYSTEM,),
     ) -> None:
         check_component(own_component)
         for name in ("thruster", "esc_index", "rpm_sensor"):
@@ -78,7 +83,7 @@ class MavlinkDecoder:
         self._handlers_system = autopilot_system
         self._fixes = PositionFixes(self.drops)
         self._velocities = BodyVelocities(self.drops)
-        self._commands = OperatorCommands(operators, require_signed, own_component, self.drops)
+        self._commands = OperatorCommands(operators, gate is not None, own_component, self.drops)
         self._answers: list[CommandAck | TimeSync] = []
         self.own = OwnFrames(self.drops)
         self.timesync = Timesync(own_component, self.drops)

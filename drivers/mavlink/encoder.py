@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from drivers.mavlink.formats import TIMESYNC
+from drivers.mavlink.frames import frame_at
 from drivers.mavlink.messages import (
     TEXT_MAX,
     CommandAck,
@@ -73,6 +74,14 @@ class MavlinkEncoder:
             dialect.MAVLink_statustext_message(severity, text[start : start + TEXT_MAX], self._text_id, place)
             for place, start in enumerate(range(0, len(text) + 1, TEXT_MAX))
         ]
+
+
+def frames_of(data: bytes) -> Iterator[bytes]:
+    """The frames of what `encode` gave, one by one."""
+    start = 0
+    while start < len(data) and (frame := frame_at(data, start)) is not None:
+        yield data[start : frame.end]
+        start = frame.end
 
 
 class _TargetedTimesync(dialect.MAVLink_timesync_message):  # type: ignore[misc]  # pymavlink has no types

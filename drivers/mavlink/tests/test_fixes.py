@@ -71,7 +71,7 @@ def test_fix_of_any_component_of_the_vehicle_but_our_own_is_taken():
     ]
     assert sources == ["GPS_INPUT 1.0", "GPS_INPUT 25.0", "GPS_INPUT 194.0", "GPS_INPUT 220.0"]
     assert decode.decode(usbl(192).gps_input(), 0.0) == []
-    assert decode.drops == {}
+    assert decode.drops == {"another's, with our ids": 1}
 
 
 def test_fix_of_another_vehicle_is_counted():
