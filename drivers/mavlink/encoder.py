@@ -20,6 +20,7 @@ from drivers.mavlink.messages import (
     StatusText,
     TimeSync,
 )
+from drivers.mavlink.signing import Signing
 
 COMPANION_COMPONENT = 192  # MAV_COMP_ID_ONBOARD_COMPUTER2
 # What fields hold that have no value, by the width of the field
@@ -34,30 +35,45 @@ class MavlinkEncoder:
         system_id: the vehicle's, 1..254. Never 255: ArduSub would take us for its ground station, and its failsafe
             for a lost ground station would never come.
         component_id: ours, 2..255; 1 is the autopilot itself.
+        signing: signs every frame; None: none is signed.
 
     Raises:
         ValueError: an id out of these bounds.
     """
 
-    def __init__(self, system_id: int, component_id: int = COMPANION_COMPONENT) -> None:
+    def __init__(
+        self, system_id: int, component_id: int = COMPANION_COMPONENT, signing: Signing | None = None
+    ) -> None:
         if not 1 <= system_id <= 254:
             raise ValueError(f"system_id must be the vehicle's, 1..254, got {system_id}")
         check_component(component_id)
         self._link = dialect.MAVLink(None, srcSystem=system_id, srcComponent=component_id)
+        self._signing = signing
         self._text_id = 0
 
-    def encode(self, message: OutgoingMessage) -> bytes:
+    def encode(self, message: OutgoingMessage, time_s: float | None = None) -> bytes:
         """One frame, or those of a text's chunks one after the other; each takes the next sequence number.
 
+        Args:
+            message: what to say.
+            time_s: now, unix; only signatures need it.
+
         Raises:
-            ValueError: not one of the messages that the gateway sends.
+            ValueError: not one of the messages that the gateway sends, or to be signed without a time.
         """
-        return b"".join(self._frame(part) for part in self._parts(message))
+        return b"".join(self._signed(self._frame(part), time_s) for part in self._parts(message))
 
     def _frame(self, part: Any) -> bytes:
         frame: bytes = part.pack(self._link)
         self._link.seq = (self._link.seq + 1) % 256
         return frame
+
+    def _signed(self, frame: bytes, time_s: float | None) -> bytes:
+        if self._signing is None:
+            return frame
+        if time_s is None:
+            raise ValueError("time_s must be given where frames are signed, got None")
+        return self._signing.sign(frame, time_s)
 
     def _parts(self, message: OutgoingMessage) -> list[Any]:
         if isinstance(message, StatusText) and len(message.text) > TEXT_MAX:

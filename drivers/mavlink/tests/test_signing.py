@@ -12,7 +12,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
+from drivers.mavlink.decoder import MavlinkDecoder
+from drivers.mavlink.encoder import MavlinkEncoder
 from drivers.mavlink.frames import FrameScanner, frame_at
+from drivers.mavlink.messages import (
+    CommandAck,
+    CommandLong,
+    CompanionHeartbeat,
+    CompanionState,
+    ComputerStatus,
+    NamedValue,
+    StatusText,
+    TimeSync,
+)
 from drivers.mavlink.signing import (
     EPOCH_S,
     FUTURE,
@@ -363,3 +375,34 @@ def test_nothing_shows_the_key(caplog):
 
 def test_epoch():
     assert stamp_of(EPOCH_S) == 0 and stamp_of(EPOCH_S + 1.0) == 100_000
+
+
+def test_encoder_signs_every_frame_of_every_message():
+    encoder = MavlinkEncoder(1, signing=Signing(KEY, NOW_S, link_id=3))
+    stream = b"".join(
+        encoder.encode(message, NOW_S + place)
+        for place, message in enumerate(
+            [
+                CompanionHeartbeat(CompanionState.ACTIVE),
+                StatusText(4, "T3 entangled? " + 100 * "x"),  # three chunks
+                CommandLong(176, (1.0, 9.0, 0.0, 0.0, 0.0, 0.0, 0.0), 1),
+                CommandAck(31010, 0, 255, 190),
+                NamedValue("T3", 0.5, 1.0),
+                TimeSync(0, 1, 1, 1),
+                ComputerStatus(unix_s=NOW_S, uptime_s=5.0),
+            ]
+        )
+    )
+    heard = readable(stream, clock=NOW)
+    assert len(heard) == 9 and all(one.get_signed() and one.get_link_id() == 3 for one in heard)
+    with pytest.raises(ValueError, match="time_s must be given"):
+        encoder.encode(CompanionHeartbeat(CompanionState.ACTIVE))
+
+
+def test_decoder_reads_only_who_has_the_key():
+    decoder = MavlinkDecoder([], gate=Signing(KEY, NOW_S))
+    assert decoder.decode(Peer().heartbeat(), NOW_S) == []
+    assert decoder.autopilot_system is None
+    (heartbeat,) = decoder.decode(signed_peer().heartbeat(), NOW_S)
+    assert heartbeat.system_id == 1
+    assert decoder.drops == {UNSIGNED: 1}
