@@ -57,6 +57,10 @@ class Detector(Protocol):
         """Makes today's curve the commissioned one."""
         ...
 
+    def resume(self) -> None:
+        """After a restart of the program: the clock may be another."""
+        ...
+
 
 ThrusterFactory = Callable[[ThrusterConfig, CommissionedCurve | None], Detector]
 
@@ -101,6 +105,7 @@ class ThrusterChannel(Channel[ThrusterSample]):
             return False
         if old.settings == self._settings:
             self._aligner.rate_hz, self._detector = old.alignment, old.detector
+            self._detector.resume()
         else:
             self._detector = self._remake(old.detector.commissioned)
         return True

@@ -98,6 +98,10 @@ class ThrusterDetector:
         """An operator's act: today's thruster is healthy. Its curve becomes the commissioned one, a fault is over."""
         self._method.accept()
 
+    def resume(self) -> None:
+        """After a restart of the program: the clock may be another, and behind the one that it knew."""
+        self._last = replace(self._last, time_s=nan)
+
     def update(self, sample: ThrusterSample) -> ThrusterVerdict:
         """Judge the next sample. Never raises on data.
 

@@ -205,7 +205,7 @@ class Tracker:
         out_speed, out_unsettled, out_unknown = [], [], []
         rows = zip(*(target.tolist() for target in targets), strict=True)
         for row, is_known, now_s in zip(rows, known.tolist(), time_s.tolist(), strict=True):
-            if now_s - last_s > gap_s:
+            if abs(now_s - last_s) > gap_s:  # after a restart, another clock may be behind
                 speeds, unsettled = list(row), 1.0
             last_s = now_s
             speeds = [

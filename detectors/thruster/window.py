@@ -50,7 +50,7 @@ def window_of(history: History, start: int, stop: int, lead: int) -> tuple[Windo
 
     Single wild readings are not trusted, nor are the samples just after a gap in time.
     """
-    steps = np.diff(history.row(TIME, start, stop))
+    steps = np.abs(np.diff(history.row(TIME, start, stop)))  # after a restart, another clock may be behind
     period_s = float(np.median(steps))
     trusted = (history.row(TRUSTED, start, stop) > 0.0) & ~_spikes(history.row(SPEED, start, stop))
     for before in np.flatnonzero(steps > GAP_PERIODS * period_s):

@@ -99,6 +99,9 @@ class ThresholdDetector:
     def accept(self) -> None:
         self.accepted += 1
 
+    def resume(self) -> None:
+        pass
+
 
 class Rows(list):
     """Verdicts of a block."""
