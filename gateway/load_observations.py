@@ -6,8 +6,8 @@ from detectors.verdict import Level
 from drivers.readings import BusLoad, Lateness
 from gateway.observation import Observation
 
-# who says so, for the supervisor's policies: a peak is no news; being late is, for it is all that comes after
-BUS_LOAD, GATEWAY = "bus load", "gateway"
+# who says so, for the supervisor's policies
+LINK, GATEWAY = "link", "gateway"
 # The pilot is to hear of a fault within a second: so far behind, he does not
 BEHIND_MAX_S = 0.5
 
@@ -22,7 +22,7 @@ def bus_load_observation(reading: BusLoad, share_max: float) -> Observation:
     over = reading.share > share_max
     return Observation(
         time_s=reading.time_s,
-        detector=BUS_LOAD,
+        detector=LINK,
         subject=f"link {reading.link} load",
         label=f"{reading.link} load",
         level=Level.SUSPECT if over else Level.NORMAL,
