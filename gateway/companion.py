@@ -8,17 +8,29 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 from drivers.clock import Clock
-from drivers.mavlink.encoder import MavlinkEncoder
+from drivers.mavlink.encoder import MavlinkEncoder, frames_of
 from drivers.mavlink.link import MavlinkLink
-from drivers.mavlink.messages import OutgoingMessage
+from drivers.mavlink.messages import CommandAck, OutgoingMessage
 from drivers.mavlink.streams import StreamRequests
-from drivers.readings import AutopilotConflict, AutopilotHeartbeat, LinkState, Reading
+from drivers.readings import (
+    AutopilotClock,
+    AutopilotConflict,
+    AutopilotHeartbeat,
+    IdentityConflict,
+    LinkState,
+    Reading,
+)
+from gateway.computer_status import ComputerWatch
 from gateway.config import Config
 from gateway.config_sections import MAVLINK
+from gateway.link_signing import link_signing
+from gateway.streams import streams
 from gateway.supervision.autopilots import kind_of
-from gateway.wiring import mavlink_decoder, navigation_streams
+from gateway.wiring import mavlink_decoder
 
 log = logging.getLogger("gateway")
+
+COMPUTER_STATUS_S = 2.0
 
 
 class Companion:
@@ -26,6 +38,9 @@ class Companion:
 
     It speaks with the vehicle's own system id: the configured one, or that of the one autopilot that it hears. Before
     it knows that, and while several autopilots are heard, it is silent.
+
+    Streams that were asked for stay as they are when it ends: an interval belongs to the whole link, and what was the
+    rate before, or who else has come to count on the new one, nobody can tell.
 
     Args:
         config: with a `mavlink` table.
@@ -37,6 +52,7 @@ class Companion:
 
     Raises:
         ValueError: the configuration has no `mavlink` table.
+        ConfigError: its signing key cannot be used.
     """
 
     def __init__(self, config: Config, clock: Clock, take: Callable[[str, Sequence[Reading]], None]) -> None:
@@ -44,37 +60,72 @@ class Companion:
             raise ValueError("mavlink: missing, a companion needs the link to its autopilot")
         self._settings = config.mavlink
         self._link = MavlinkLink(MAVLINK, config.mavlink.endpoint, clock)
-        self._decoder = mavlink_decoder(config.mavlink, config.thruster, navigation=config.navigation is not None)
-        self._requests = StreamRequests(also=partial(navigation_streams, config.navigation))
-        self._settled = False
+        self._signing = link_signing(config.mavlink, config.files.state, clock.now())
+        self._gate = None if self._signing is None else self._signing.signing
+        self._clock = clock
+        self._decoder = mavlink_decoder(
+            config.mavlink,
+            config.thruster,
+            navigation=config.navigation is not None,
+            gate=self._gate,
+        )
+        self._requests = StreamRequests(partial(streams, config))
+        self._computer = ComputerWatch(config.files.findings.parent)
+        self._computer_s = 0.0
+        self._settled = self._up = False
         self._encoders: dict[int, MavlinkEncoder] = {}
         self._unsent: Counter[str] = Counter()
+        self._autopilot_clock: AutopilotClock | None = None
+        self._clock = clock
         self._take = take
         self.received = 0
 
     async def run(self, on_state: Callable[[LinkState], None]) -> None:
         """Keeps the link alive until it is cancelled."""
-        await self._link.run(self._on_bytes, on_state)
+        try:
+            await self._link.run(self._on_bytes, on_state)
+        finally:
+            if self._signing is not None:
+                self._signing.close(self._clock.now())
 
     def on_state(self, state: LinkState) -> None:
         """The state of some link: of our own, requests for streams begin anew when it is back."""
         if state.link == MAVLINK:
+            self._up = state.up
             self._ask([state], state.time_s)
 
     def advance(self, time_s: float) -> None:
-        """Repeats requests that are due."""
+        """Repeats requests that are due, and tells and asks what is due every few seconds."""
         self._ask([], time_s)
+        if self._signing is not None:
+            self._signing.advance(time_s)
+        system = self._decoder.autopilot_system
+        if system is None or not self._up:
+            return
+        question = self._decoder.timesync.question(system, time_s)
+        if question is not None:
+            self.send(question)
+        if time_s - self._computer_s >= COMPUTER_STATUS_S:
+            self._computer_s = time_s
+            self.send(self._computer.status(time_s))
 
     def send(self, message: OutgoingMessage) -> None:
-        """Sends without waiting; where that cannot be, it is counted."""
+        """Sends without waiting; where that cannot be, it is counted.
+
+        An answer to this machine's own operator (system 0) is not for the link.
+        """
+        if isinstance(message, CommandAck) and message.target_system == 0:
+            return
         system = self._decoder.autopilot_system
         if system is None:
             self._unsent["not sent: no autopilot heard"] += 1
             return
         encoder = self._encoders.get(system)
         if encoder is None:
-            encoder = self._encoders[system] = MavlinkEncoder(system, self._settings.component_id)
-        self._link.send(encoder.encode(message))
+            encoder = self._encoders[system] = MavlinkEncoder(system, self._settings.component_id, self._gate)
+        for frame in frames_of(encoder.encode(message, self._clock.now())):
+            self._decoder.own.sent(frame)
+            self._link.send(frame)
 
     def drops(self) -> Counter[str]:
         """What was thrown away or not sent, by cause."""
@@ -82,22 +133,46 @@ class Companion:
             self._decoder.drops + self._unsent + Counter({f"not sent: {k}": n for k, n in self._link.unsent.items()})
         )
 
+    def remarks(self) -> dict[str, str]:
+        """What is worth saying of the link beside its counts: the autopilot's clock, where it was measured."""
+        clock = self._autopilot_clock
+        if clock is None:
+            return {}
+        wrong_ms = 500.0 * clock.round_trip_s
+        return {"autopilot": f"its clock is {clock.offset_s:.3f} s behind ours, to within {wrong_ms:.1f} ms"}
+
     def _on_bytes(self, data: bytes, time_s: float) -> None:
         known = self._decoder.autopilot_system if self.received else None
         readings = self._decoder.decode(data, time_s)
+        for answer in self._decoder.answers():
+            self.send(answer)
         self.received += len(readings)
+        for news in self._signing.news(self._decoder.drops) if self._signing is not None else ():
+            log.warning("%s", news)
         for reading in readings:
-            self._log(reading, known)
+            self._note(reading, known)
         if readings:
             self._take(MAVLINK, readings)
             self._ask(readings, time_s)
 
-    def _log(self, reading: Reading, known: int | None) -> None:
-        if isinstance(reading, AutopilotHeartbeat) and reading.system_id != known:
-            log.info("autopilot %s, system %d", kind_of(reading), reading.system_id)
-        elif isinstance(reading, AutopilotConflict):
-            systems = ", ".join(map(str, reading.system_ids))
-            log.warning("several autopilots (systems %s): set mavlink.system_id; until then none is heard", systems)
+    def _note(self, reading: Reading, known: int | None) -> None:
+        """For log and summary."""
+        match reading:
+            case AutopilotHeartbeat(system_id=system) if system != known:
+                log.info("autopilot %s, system %d", kind_of(reading), system)
+            case AutopilotConflict():
+                systems = ", ".join(map(str, reading.system_ids))
+                log.warning(
+                    "several autopilots (systems %s): set mavlink.system_id; until then none is heard", systems
+                )
+            case IdentityConflict():
+                log.warning(
+                    "another program sends as system %d, component %d, as we do: set mavlink.component_id",
+                    reading.system_id,
+                    reading.component_id,
+                )
+            case AutopilotClock():
+                self._autopilot_clock = reading
 
     def _ask(self, readings: Sequence[Reading], time_s: float) -> None:
         for request in self._requests.update(readings, time_s):

@@ -81,6 +81,9 @@ class Mavlink(Section):
     accept_unsigned: bool = Field(
         False, description="True for an autopilot that does not sign, e.g. on USB: all but commands to us is heard"
     )
+    named_values_period_s: NotNegative = Field(
+        1.0, le=60, description="scores and residuals for ground stations to plot come this often; 0 = not at all"
+    )
 
 
 class CommandSource(Section):

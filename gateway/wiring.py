@@ -2,36 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 from drivers.can.dbc import DbcDecoder, DbcThruster
 from drivers.can.decoder import CanDecoder
 from drivers.can.dronecan import DroneCanDecoder, DroneCanThruster
 from drivers.command import CommandScale
 from drivers.mavlink.decoder import MavlinkDecoder, MavlinkThruster
-from drivers.mavlink.formats import HIGHRES_IMU, RAW_IMU, SCALED_IMUS, SCALED_PRESSURES, MessageFormat
-from drivers.mavlink.streams import AUTOPILOT_PX4, Stream
-from gateway.config_sections import MAVLINK, CanBus, CommandSource, Mavlink, Navigation, Thruster
+from drivers.mavlink.frames import Gate
+from gateway.config_sections import MAVLINK, CanBus, CommandSource, Mavlink, Thruster
 
 # Blue Robotics' Basic ESC, and ArduSub's own defaults: us
 PWM_MINIMUM_US, PWM_NEUTRAL_US, PWM_MAXIMUM_US, PWM_DEAD_BAND_US = 1100.0, 1500.0, 1900.0, 25.0
-
-
-# ArduSub's telemetry hardly gives more over a network; over a radio it gives less
-INERTIAL_RATE_HZ, PRESSURE_RATE_HZ = 50.0, 10.0
-INERTIAL: Mapping[str, MessageFormat] = {
-    "raw_imu": RAW_IMU,
-    "scaled_imu": SCALED_IMUS[0],
-    "scaled_imu2": SCALED_IMUS[1],
-    "scaled_imu3": SCALED_IMUS[2],
-    "highres_imu": HIGHRES_IMU,
-}
-PRESSURES: Mapping[str, Sequence[MessageFormat]] = {
-    "auto": SCALED_PRESSURES[1:],
-    "scaled_pressure": SCALED_PRESSURES[:1],
-    "scaled_pressure2": SCALED_PRESSURES[1:2],
-    "scaled_pressure3": SCALED_PRESSURES[2:],
-}
 
 
 def command_scale(source: CommandSource) -> CommandScale:
@@ -66,28 +48,12 @@ def can_decoder(bus: CanBus, thrusters: Sequence[Thruster]) -> CanDecoder:
     return DbcDecoder(bus.database, [part for one in thrusters if (part := _dbc(one, bus.name)) is not None])
 
 
-def mavlink_decoder(mavlink: Mavlink, thrusters: Sequence[Thruster], navigation: bool = False) -> MavlinkDecoder:
+def mavlink_decoder(
+    mavlink: Mavlink, thrusters: Sequence[Thruster], navigation: bool = False, gate: Gate | None = None
+) -> MavlinkDecoder:
     """The decoder of the autopilot's link, for the thrusters that are wired to it, and for navigation sensors."""
     wired = [_mavlink(one) for one in thrusters if _uses(one, MAVLINK)]
-    return MavlinkDecoder(wired, mavlink.component_id, mavlink.system_id, navigation)
-
-
-def navigation_streams(navigation: Navigation | None, autopilot: int) -> list[Stream]:
-    """What an autopilot is asked for because of the navigation watch. A DVL's messages come unasked.
-
-    Args:
-        navigation: the watch; None: there is none.
-        autopilot: MAV_AUTOPILOT.
-    """
-    if navigation is None:
-        return []
-    standard = "highres_imu" if autopilot == AUTOPILOT_PX4 else "raw_imu"
-    imu = INERTIAL[standard if navigation.imu == "auto" else navigation.imu]
-    pressures = PRESSURES.get(navigation.depth, ())
-    return [
-        Stream(imu.message_id, INERTIAL_RATE_HZ),
-        *(Stream(one.message_id, PRESSURE_RATE_HZ) for one in pressures),
-    ]
+    return MavlinkDecoder(wired, mavlink.component_id, mavlink.system_id, navigation, gate, mavlink.operators)
 
 
 def refused_signals(bus: CanBus, thrusters: Sequence[Thruster]) -> Iterator[tuple[str, object, str]]:

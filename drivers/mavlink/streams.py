@@ -74,21 +74,17 @@ class Stream:
         )
 
 
-_COMMON = (
-    Stream(formats.SERVO_OUTPUT_RAW.message_id, 20.0),
-    Stream(formats.ATTITUDE.message_id, 20.0),
-    Stream(formats.GLOBAL_POSITION_INT.message_id, 10.0),
-    Stream(formats.LOCAL_POSITION_NED.message_id, 10.0),
-    Stream(formats.GPS_RAW_INT.message_id, 5.0),
-    Stream(formats.SYSTEM_TIME.message_id, 1.0),
+# Each of these is a reading whenever it comes; of the others it depends on what the vehicle has.
+_ALWAYS_READ = frozenset(
+    one.message_id
+    for one in (
+        formats.SERVO_OUTPUT_RAW,
+        formats.ATTITUDE,
+        formats.RAW_IMU,
+        formats.HIGHRES_IMU,
+        *formats.SCALED_IMUS,
+    )
 )
-# The first ESC_TELEMETRY message brings all groups: asking ArduPilot for the others is DENIED.
-ARDUPILOT_STREAMS = (
-    *_COMMON,
-    Stream(formats.ESC_TELEMETRY[0].message_id, 20.0),
-    Stream(formats.RPM.message_id, 20.0),
-)
-PX4_STREAMS = (*_COMMON, Stream(formats.ESC_STATUS.message_id, 20.0), Stream(formats.ESC_INFO.message_id, 1.0))
 
 
 class StreamRequests:
@@ -97,19 +93,15 @@ class StreamRequests:
     A refusal is a normal answer: an autopilot without ESC telemetry denies it.
 
     Args:
-        streams: what to ask for; None: what this package reads, by the kind of autopilot.
-        also: what to ask for after that, by MAV_AUTOPILOT.
+        streams: what to ask for, by MAV_AUTOPILOT.
 
     Attributes:
         accepted, refused, unanswered: message ids by what became of the last request. If all are unanswered, the
             autopilot takes no commands from us (ArduPilot's MAV_OPTIONS can restrict them to the ground station).
     """
 
-    def __init__(
-        self, streams: Sequence[Stream] | None = None, also: Callable[[int], Sequence[Stream]] = lambda _: ()
-    ) -> None:
-        self._streams = None if streams is None else tuple(streams)
-        self._also = also
+    def __init__(self, streams: Callable[[int], Sequence[Stream]]) -> None:
+        self._streams = streams
         self._autopilot: AutopilotHeartbeat | None = None
         self._waiting: list[Stream] = []
         self._tries = 0
@@ -162,8 +154,7 @@ class StreamRequests:
             self._start_round(reading, reading.time_s)
 
     def _start_round(self, autopilot: AutopilotHeartbeat, time_s: float) -> None:
-        standard = PX4_STREAMS if autopilot.autopilot == AUTOPILOT_PX4 else ARDUPILOT_STREAMS
-        self._waiting = [*(standard if self._streams is None else self._streams), *self._also(autopilot.autopilot)]
+        self._waiting = list(self._streams(autopilot.autopilot))
         self._tries = 0
         self._due_s = self._round_s = time_s
         self.accepted, self.refused, self.unanswered = set(), set(), set()
@@ -172,7 +163,9 @@ class StreamRequests:
         """Heartbeats come, but no answer at all, or none of the telemetry that was promised."""
         if time_s - self._round_s < ROUND_S:
             return False
-        return not (self.accepted or self.refused) or (bool(self.accepted) and time_s - self._telemetry_s > SILENCE_S)
+        if not (self.accepted or self.refused):
+            return bool(self.unanswered)
+        return bool(self.accepted & _ALWAYS_READ) and time_s - self._telemetry_s > SILENCE_S
 
     def _answer(self, acknowledgement: CommandAcknowledgement) -> None:
         """An acknowledgement names the command only, so there is never more than one request under way."""

@@ -8,8 +8,8 @@ import pytest
 from detectors.navigation import NavigationConfig
 from gateway.config import parse
 from gateway.problems import ConfigError
+from gateway.streams import streams
 from gateway.tests.conftest import TWO_THRUSTERS
-from gateway.wiring import navigation_streams
 
 WATCH = "\n[navigation]\n"
 NO_AUTOPILOT = """
@@ -109,21 +109,21 @@ def test_settings_without_a_watch_mean_nothing():
 
 
 ARDUPILOT, PX4 = 3, 12
-RAW, SCALED_2, HIGHRES, PRESSURE_2, PRESSURE_3 = 27, 116, 105, 137, 143
+RAW, SCALED_2, HIGHRES, PRESSURE_2, PRESSURE_3, ATTITUDE, GLOBAL = 27, 116, 105, 137, 143, 30, 33
 ASKED = {
-    (ARDUPILOT, ""): [(RAW, 50.0), (PRESSURE_2, 10.0), (PRESSURE_3, 10.0)],
-    (PX4, ""): [(HIGHRES, 50.0), (PRESSURE_2, 10.0), (PRESSURE_3, 10.0)],
-    (PX4, 'imu = "scaled_imu2"\ndepth = "global_position"'): [(SCALED_2, 50.0)],
-    (ARDUPILOT, 'depth = "scaled_pressure3"'): [(RAW, 50.0), (PRESSURE_3, 10.0)],
+    (ARDUPILOT, ""): {RAW: 50.0, PRESSURE_2: 10.0, PRESSURE_3: 10.0, ATTITUDE: 20.0, GLOBAL: 10.0},
+    (PX4, ""): {HIGHRES: 50.0, PRESSURE_2: 10.0, PRESSURE_3: 10.0, ATTITUDE: 20.0, GLOBAL: 10.0},
+    (PX4, 'imu = "scaled_imu2"\ndepth = "global_position"'): {SCALED_2: 50.0, ATTITUDE: 20.0, GLOBAL: 10.0},
+    (ARDUPILOT, 'depth = "scaled_pressure3"'): {RAW: 50.0, PRESSURE_3: 10.0, ATTITUDE: 20.0},
+    (ARDUPILOT, 'depth = "none"\nfix = "global_position"'): {RAW: 50.0, ATTITUDE: 20.0, GLOBAL: 10.0},
 }
 
 
 @pytest.mark.parametrize(("autopilot", "keys"), ASKED)
 def test_the_autopilot_is_asked_for_what_the_watch_needs(autopilot, keys, tmp_path):
-    watch = parse(TWO_THRUSTERS + WATCH + keys, tmp_path).navigation
-    asked = [(stream.message_id, stream.rate_hz) for stream in navigation_streams(watch, autopilot)]
-    assert asked == ASKED[autopilot, keys]
-    assert navigation_streams(None, autopilot) == []
+    without = {one.message_id: one.rate_hz for one in streams(parse(TWO_THRUSTERS, tmp_path), autopilot)}
+    asked = {one.message_id: one.rate_hz for one in streams(parse(TWO_THRUSTERS + WATCH + keys, tmp_path), autopilot)}
+    assert asked == without | ASKED[autopilot, keys]
 
 
 def test_the_watch_needs_the_autopilot():

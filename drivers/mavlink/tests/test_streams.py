@@ -2,7 +2,7 @@
 
 import pytest
 
-from drivers.mavlink.streams import ARDUPILOT_STREAMS, PX4_STREAMS, Stream, StreamRequests
+from drivers.mavlink.streams import Stream, StreamRequests
 from drivers.readings import Attitude, AutopilotHeartbeat, AutopilotReboot, CommandAcknowledgement, LinkState
 
 ACCEPTED, TEMPORARILY_REJECTED, DENIED, IN_PROGRESS = 0, 1, 2, 5
@@ -26,7 +26,7 @@ def ids(commands):
 
 
 def settled(streams=STREAMS, time_s=0.0):
-    requests = StreamRequests(streams)
+    requests = StreamRequests(lambda _: streams)
     requests.update([heartbeat(time_s)], time_s)
     for _ in streams:
         requests.update([answer(time_s)], time_s)
@@ -35,13 +35,13 @@ def settled(streams=STREAMS, time_s=0.0):
 
 
 def test_silent_until_there_is_an_autopilot():
-    requests = StreamRequests(STREAMS)
+    requests = StreamRequests(lambda _: STREAMS)
     assert requests.update([], 0.0) == []
     assert not requests.settled
 
 
 def test_one_request_after_the_other():
-    requests = StreamRequests(STREAMS)
+    requests = StreamRequests(lambda _: STREAMS)
     (first,) = requests.update([heartbeat(0.0, system_id=7)], 0.0)
     assert (first.command, first.parameters[:2], first.target_system) == (511, (36.0, 50_000.0), 7)
     assert requests.update([heartbeat(0.5)], 0.5)[0].target_system == 1  # another autopilot: from the start
@@ -54,7 +54,7 @@ def test_one_request_after_the_other():
 
 
 def test_three_tries_one_second_apart():
-    requests = StreamRequests(STREAMS[:1])
+    requests = StreamRequests(lambda _: STREAMS[:1])
     sent = [(0.0, requests.update([heartbeat(0.0)], 0.0)[0].confirmation)]
     for tenth in range(1, 60):
         sent += [(tenth / 10, command.confirmation) for command in requests.update([], tenth / 10)]
@@ -63,7 +63,7 @@ def test_three_tries_one_second_apart():
 
 
 def test_an_answer_in_progress_or_not_now_is_waited_for():
-    requests = StreamRequests(STREAMS[:1])
+    requests = StreamRequests(lambda _: STREAMS[:1])
     requests.update([heartbeat(0.0)], 0.0)
     assert requests.update([answer(0.9, IN_PROGRESS)], 0.9) == []
     assert requests.update([], 1.5) == []
@@ -73,7 +73,7 @@ def test_an_answer_in_progress_or_not_now_is_waited_for():
 
 
 def test_answers_to_other_commands_and_unasked_answers_change_nothing():
-    requests = StreamRequests(STREAMS)
+    requests = StreamRequests(lambda _: STREAMS)
     requests.update([answer(0.0)], 0.0)
     requests.update([heartbeat(0.0)], 0.0)
     assert requests.update([CommandAcknowledgement(0.1, 1, 1, 176, 0, 255)], 0.1) == []
@@ -115,29 +115,31 @@ def test_a_healthy_stream_is_not_asked_for_again():
 
 
 def test_an_autopilot_that_takes_no_commands_is_asked_every_half_minute():
-    requests = StreamRequests(STREAMS[:1])
+    requests = StreamRequests(lambda _: STREAMS[:1])
     sent = [second for second in range(70) if requests.update([heartbeat(second)], float(second))]
     assert sent == [0, 1, 2, 30, 31, 32, 60, 61, 62]
 
 
-@pytest.mark.parametrize(("autopilot", "streams"), [(3, ARDUPILOT_STREAMS), (12, PX4_STREAMS)])
-def test_what_each_autopilot_is_asked_for(autopilot, streams):
-    requests = StreamRequests()
-    asked = ids(requests.update([heartbeat(0.0, autopilot=autopilot)], 0.0))
-    while not requests.settled:
-        asked += ids(requests.update([answer(0.0)], 0.0))
-    assert asked == [stream.message_id for stream in streams]
-    assert (291 in asked, 11030 in asked, 11031 in asked) == (autopilot == 12, autopilot == 3, False)
+@pytest.mark.parametrize("autopilot", [3, 12])
+def test_each_kind_of_autopilot_is_asked_for_its_own(autopilot):
+    requests = StreamRequests(lambda kind: [Stream(100 + kind, 50.0), Stream(36, 20.0)])
+    asked = requests.update([heartbeat(0.0, autopilot=autopilot)], 0.0)
+    asked += requests.update([answer(0.0)], 0.0)
+    assert ids(asked) == [100 + autopilot, 36]
+    assert asked[0].parameters[1] == 20_000
+
+
+def test_nothing_wanted_is_nothing_asked():
+    requests = StreamRequests(lambda _: ())
+    assert [requests.update([heartbeat(second)], float(second)) for second in range(100)] == [[]] * 100
+
+
+def test_streams_that_need_not_come_are_not_missed():
+    requests = settled((Stream(2, 1.0), Stream(24, 5.0)))
+    for second in range(1, 200):
+        assert requests.update([heartbeat(second)], float(second)) == []
 
 
 def test_a_rate_must_be_positive():
     with pytest.raises(ValueError, match="rate_hz"):
         Stream(30, 0.0)
-
-
-def test_what_a_user_of_more_needs_is_asked_for_last_and_by_the_kind_of_autopilot():
-    requests = StreamRequests(STREAMS[:1], also=lambda autopilot: [Stream(100 + autopilot, 50.0)])
-    asked = requests.update([heartbeat(0.0, autopilot=12)], 0.0)
-    asked += requests.update([answer(0.0)], 0.0)
-    assert ids(asked) == [36, 112]
-    assert asked[1].parameters[1] == 20_000
