@@ -32,6 +32,7 @@ from gateway.config_sections import (
 )
 from gateway.consistency import inconsistencies
 from gateway.detector_settings import DetectorSettings
+from gateway.link_signing import contradictions
 from gateway.navigation_settings import navigation_settings
 from gateway.problems import ConfigError, Problem, from_validation, unknown_key
 from gateway.speed_settings import speed_settings
@@ -169,6 +170,7 @@ class _Parser:
             parts["navigation"] = self._absolute(parts["navigation"], "lstm_model")
         crossed = {key: parts[key] for key in ("can", "mavlink", "thruster", "speed", "navigation", "failsafe")}
         self._problems += inconsistencies(self._tables, **crossed)
+        self._problems += contradictions(parts["mavlink"]) if parts["mavlink"] is not None else []
         parts["detector"] = self._detectors(parts["speed"], parts["navigation"])
         if self._problems:
             raise ConfigError(source, self._problems)

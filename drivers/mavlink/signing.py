@@ -116,15 +116,19 @@ class SigningHistory:
 
     def __post_init__(self) -> None:
         for name, stamp in (("clock", self.clock), ("reserved", self.reserved), *self.streams.items()):
-            if not 0 <= stamp < STAMP_END:
-                raise ValueError(f"{name} must be a stamp in 0..{STAMP_END - 1}, got {stamp}")
+            if not _whole(stamp, STAMP_END):
+                raise ValueError(f"{name} must be a stamp in 0..{STAMP_END - 1}, got {stamp!r}")
         for stream in self.streams:
-            if len(stream) != 3 or not all(0 <= number <= 255 for number in stream):
+            if len(stream) != 3 or not all(_whole(number, 256) for number in stream):
                 raise ValueError(f"streams must be (system, component, link id), each in 0..255, got {stream}")
 
     def believable(self, time_s: float) -> bool:
         """False if one of its stamps lies further ahead than anything can at `time_s` (unix)."""
         return max((self.clock, self.reserved, *self.streams.values())) <= latest_stamp(time_s)
+
+
+def _whole(value: object, end: int) -> bool:
+    return type(value) is int and 0 <= value < end
 
 
 def stamp_of(time_s: float) -> int:

@@ -1,0 +1,99 @@
+"""Signing on the link to the autopilot in one run: key and stamps from their files, and words for refusals."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from drivers.mavlink.signing import FUTURE, TOO_MANY, TOO_OLD, UNSIGNED, WRONG_KEY, Signing, SigningKey
+from gateway.config_sections import MAVLINK, Mavlink
+from gateway.problems import ConfigError, Problem
+from gateway.signing_key import KeyFileError, read_key
+from gateway.signing_memory import KEEP_S, SigningMemory
+
+STAMPS_SUFFIX = ".stamps"  # of the file beside the state
+
+# What to do about each kind of refusal; what came twice or late is nothing that a user could mend.
+ADVICE: Mapping[str, str] = {
+    UNSIGNED: "it does not sign: give it the key as well, or set mavlink.accept_unsigned = true",
+    WRONG_KEY: "it signs with another key: compare mavlink.signing_key with the vehicle's and the ground station's",
+    TOO_OLD: "its clock is over a minute behind: set mavlink.system_id, and it hears ours first and follows",
+    FUTURE: "its clock is more than ten years ahead: set it right, and then its key anew",
+    TOO_MANY: "too many senders share the key: which of them change their ids?",
+}
+
+
+class LinkSigning:
+    """Signing with the configured key, its stamps kept in a file.
+
+    Args:
+        mavlink: with a `signing_key`.
+        state: the state file, beside which the stamps are kept.
+        time_s: now, unix.
+
+    Attributes:
+        signing: for decoder and encoder.
+
+    Raises:
+        ConfigError: the key file cannot be used.
+    """
+
+    def __init__(self, mavlink: Mavlink, state: Path, time_s: float) -> None:
+        self._memory = SigningMemory(state.with_name(state.name + STAMPS_SUFFIX))
+        self.signing = Signing(
+            _key(mavlink), time_s, mavlink.signing_link_id, mavlink.accept_unsigned, self._memory.recall(time_s)
+        )
+        self._told: set[str] = set()
+        self._keep(time_s)
+
+    def advance(self, time_s: float) -> None:
+        """Keeps the stamps when that is due."""
+        if time_s - self._kept_s >= KEEP_S:
+            self._keep(time_s)
+
+    def close(self, time_s: float) -> None:
+        """Keeps the stamps for the last time: nothing is signed after it."""
+        self._memory.close(self.signing.history(time_s, reserve=False))
+
+    def news(self, drops: Counter[str]) -> Iterator[str]:
+        """What must be said of the packets that were refused: each kind once.
+
+        Args:
+            drops: of the decoder.
+        """
+        for cause in ADVICE:
+            if drops[cause] and cause not in self._told:
+                self._told.add(cause)
+                yield f"mavlink: a packet was refused ({cause}); {ADVICE[cause]}; gateway check says whose"
+
+    def _keep(self, time_s: float) -> None:
+        self._kept_s = time_s
+        self._memory.keep(self.signing.history(time_s))
+
+
+def link_signing(mavlink: Mavlink, state: Path, time_s: float) -> LinkSigning | None:
+    """The signing of a link; None where no key is set.
+
+    Raises:
+        ConfigError: see `LinkSigning`.
+    """
+    return None if mavlink.signing_key is None else LinkSigning(mavlink, state, time_s)
+
+
+def contradictions(mavlink: Mavlink) -> Iterator[Problem]:
+    """Keys that mean nothing without a key to sign with."""
+    if mavlink.signing_key is None:
+        for key in ("accept_unsigned", "signing_link_id"):
+            if key in mavlink.model_fields_set:
+                wanted = "means nothing without mavlink.signing_key: nothing is signed, and all is accepted"
+                yield Problem(f"mavlink.{key}", getattr(mavlink, key), wanted)
+
+
+def _key(mavlink: Mavlink) -> SigningKey:
+    if mavlink.signing_key is None:
+        raise ValueError("mavlink.signing_key: missing, signing needs a key")
+    try:
+        return read_key(mavlink.signing_key)
+    except KeyFileError as error:
+        raise ConfigError(MAVLINK, [Problem("mavlink.signing_key", mavlink.signing_key, str(error))]) from error
