@@ -44,9 +44,12 @@ def read_key(path: Path) -> SigningKey:
 
 def _content(path: Path) -> bytes:
     # a pipe must not keep us waiting; and it is the open file that is checked, not what lies there a moment later
-    with os.fdopen(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
-        _check_guarded(path, os.fstat(file.fileno()))
-        return file.read(SIZE_MAX + 1)
+    file = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    try:
+        _check_guarded(path, os.fstat(file))
+        return os.read(file, SIZE_MAX + 1)
+    finally:
+        os.close(file)
 
 
 def _check_guarded(path: Path, status: os.stat_result) -> None:

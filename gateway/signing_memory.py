@@ -45,7 +45,7 @@ def unpack(data: bytes) -> SigningHistory:
             raise HistoryError(f"is not of this version: {fields['format']!r}")
         streams = {(system, component, link): stamp for system, component, link, stamp in fields["streams"]}
         return SigningHistory(fields["clock"], fields["reserved"], streams)
-    except (ValueError, TypeError, KeyError) as error:
+    except (ValueError, TypeError, KeyError, RecursionError) as error:
         raise HistoryError(f"is no file of stamps, or damaged: {error}") from error
 
 
