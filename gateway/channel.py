@@ -33,10 +33,16 @@ class ThrusterJudgement:
 
 @dataclass(frozen=True, slots=True)
 class SpeedJudgement:
-    """A sample of the vehicle's pose and what the speed detector said of it."""
+    """A sample of the vehicle's pose and what the speed detector said of it.
+
+    Attributes:
+        sample, verdict: as the detector took and gave them.
+        relies_on: subjects of the findings without which heading or position of the sample mean nothing.
+    """
 
     sample: PoseSample
     verdict: SpeedVerdict
+    relies_on: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

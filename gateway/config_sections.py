@@ -5,13 +5,15 @@ What they contradict each other in is in `gateway.consistency`; reading the file
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, Strict
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, Strict
 
 from drivers.can.dbc import SpeedUnit
 from gateway.local_frame import LocalFrame
+from gateway.supervision.actions import Action
 
 # name of the link to the autopilot, where buses have names of their own
 MAVLINK = "mavlink"
@@ -132,6 +134,7 @@ class Thruster(Section):
     right: Share = Field(
         0.0, description="part of its thrust that drives it to the right when its command is positive"
     )
+    down: Share = Field(0.0, description="part of its thrust that drives it down when its command is positive")
 
 
 class Align(Section):
@@ -241,26 +244,65 @@ class Navigation(Section):
     lstm_model: PathText | None = Field(None, description="of gateway train; left out: the one that comes along")
 
 
+class Clear(StrEnum):
+    """What ends a fault beside the operator's word."""
+
+    RECOVERED = "recovered"
+    DISARMED = "disarmed"
+
+
+ClearedBy = Annotated[tuple[Annotated[Clear, Strict(False)], ...], Strict(False)]
+
+
+class Times(Section):
+    """`[supervisor.thruster]`, `[supervisor.speed]`, `[supervisor.navigation]`: other times than for the rest."""
+
+    suspect_after_s: NotNegative | None = Field(None, description="a suspicion must last this long")
+    fault_after_s: NotNegative | None = Field(None, description="a FAULT must last this long")
+    clear_after_s: NotNegative | None = Field(None, description="NORMAL must last this long")
+
+
 class Supervisor(Section):
     """`[supervisor]`: when the pilot is told."""
 
     suspect_after_s: NotNegative = Field(1.0, description="a suspicion must last this long before it is told")
     fault_after_s: NotNegative = Field(0.0, description="the detector says FAULT only when it is sure: 0 = at once")
     clear_after_s: NotNegative = Field(5.0, description="NORMAL for this long ends a suspicion or a fault")
+    cleared_by: ClearedBy = Field(
+        (Clear.RECOVERED, Clear.DISARMED),
+        description="what ends a fault; [] = only the operator",
+    )
     repeat_s: float = Field(30.0, ge=10, description="a lasting fault is said again every so often")
+    suspect_repeat_s: float = Field(300.0, ge=10, description="a lasting suspicion is said again every so often")
+    texts_per_minute: float = Field(30.0, ge=2, le=600, description="of all texts; what is more than that waits")
     silent_s: Positive = Field(1.5, description="a bus, RPM, command or heading unheard for this long is told")
+    thruster: Times | None = Field(None, description="other times for thrusters")
+    speed: Times | None = Field(None, description="other times for the speed through the water")
+    navigation: Times | None = Field(None, description="other times for navigation sensors")
 
 
-FailsafeAction = Literal["none", "warn", "hold", "surface", "manual", "disarm"]
+def _listed(value: object) -> object:
+    """One action alone is a list of one."""
+    return (value,) if isinstance(value, str) else value
+
+
+# one action, or several: the next is asked for where the one before does not come about
+Ladder = Annotated[
+    tuple[Annotated[Action, Strict(False)], ...], BeforeValidator(_listed), Strict(False), Field(min_length=1)
+]
 
 
 class Failsafe(Section):
     """`[failsafe]`: what the autopilot is asked to do, only while it is armed."""
 
-    thruster_fault: FailsafeAction = Field("warn", description="at the onset of a FAULT of a thruster")
-    speed_fault: FailsafeAction = Field("warn", description="at the onset of a FAULT of the vehicle's speed")
-    navigation_fault: FailsafeAction = Field("warn", description="at the onset of a FAULT of a navigation sensor")
-    interval_s: float = Field(60.0, ge=10, description="never asked again sooner than this")
+    thruster_fault: Ladder = Field((Action.WARN,), description="at the onset of a FAULT of a thruster")
+    thrusters_fault: Ladder | None = Field(
+        None, description="while two or more thrusters are in FAULT; left out: as thruster_fault"
+    )
+    speed_fault: Ladder = Field((Action.WARN,), description="at the onset of a FAULT of the vehicle's speed")
+    navigation_fault: Ladder = Field((Action.WARN,), description="at the onset of a FAULT of a navigation sensor")
+    delay_s: float = Field(5.0, ge=0, le=60, description="from announcing to asking: the pilot can prevent it")
+    interval_s: float = Field(60.0, ge=10, description="an action is never asked again sooner than this")
 
 
 class Files(Section):

@@ -14,7 +14,7 @@ from typing import Any
 from can.interfaces import VALID_INTERFACES
 
 from drivers.mavlink.endpoint import parse_endpoint
-from gateway import navigation_settings, speed_settings
+from gateway import failsafe_settings, navigation_settings, speed_settings
 from gateway.config_sections import (
     MAVLINK,
     CanBus,
@@ -28,8 +28,6 @@ from gateway.config_sections import (
 )
 from gateway.problems import Problem
 from gateway.wiring import command_scale, refused_signals
-
-SENDING_ACTIONS = frozenset({"hold", "surface", "manual", "disarm"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +88,7 @@ def inconsistencies(
         *_watch_problems(tables),
         *(speed_settings.contradictions(speed, thruster, tables) if speed is not None else ()),
         *(navigation_settings.contradictions(navigation) if navigation is not None else ()),
-        *_failsafe_problems(failsafe, tables),
+        *(failsafe_settings.contradictions(failsafe, thruster, tables) if failsafe is not None else ()),
     ]
 
 
@@ -232,17 +230,3 @@ def _watch_problems(tables: Mapping[str, Any]) -> Iterator[Problem]:
             yield Problem(f"detector.{watch}", None, wanted)
         if watch in tables and MAVLINK not in tables:
             yield Problem(watch, None, f"needs a [mavlink] table: {need}")
-
-
-def _failsafe_problems(failsafe: Failsafe | None, tables: Mapping[str, Any]) -> Iterator[Problem]:
-    if failsafe is None:
-        return
-    for key in ("thruster_fault", "speed_fault", "navigation_fault"):
-        action = getattr(failsafe, key)
-        if action in SENDING_ACTIONS and MAVLINK not in tables:
-            wanted = 'needs a [mavlink] table to reach the autopilot, else want "warn" or "none"'
-            yield Problem(f"failsafe.{key}", action, wanted)
-    for watch in _WATCHES:
-        action = getattr(failsafe, f"{watch}_fault")
-        if action in SENDING_ACTIONS and watch not in tables:
-            yield Problem(f"failsafe.{watch}_fault", action, f"means nothing without a table [{watch}]")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 from detectors.verdict import Level
 from gateway import texts
@@ -23,6 +24,7 @@ class Observation:
         details: evidence in pieces that can be left out from the end.
         colon: the trouble is none of what the label says, and is set off from it.
         over: in words, how it ended, where that is not by being ok again.
+        relies_on: subjects whose FAULT makes this one UNKNOWN, whatever its detector says.
     """
 
     time_s: float
@@ -35,6 +37,7 @@ class Observation:
     details: tuple[str, ...] = ()
     colon: bool = False
     over: str = ""
+    relies_on: tuple[str, ...] = ()
 
     def text(self) -> str:
         """The state in words."""
@@ -47,3 +50,7 @@ class Observation:
         """That it is over, in words."""
         ended = f"{self.label}: {self.over}" if self.over else f"{self.label} ok again"
         return texts.fitted(ended, self.details, separator=": ")
+
+    def unknown(self, why: str) -> Observation:
+        """The same subject, of which nothing can be said."""
+        return replace(self, level=Level.UNKNOWN, score=math.nan, details=(why,))

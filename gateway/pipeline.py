@@ -22,26 +22,40 @@ from detectors.navigation.detector import NavigationDetector
 from detectors.speed import SpeedDetector
 from detectors.thruster import ThrusterDetector
 from detectors.verdict import Level
+from drivers.mavlink.messages import CommandAck, NamedValue
 from drivers.readings import (
     AutopilotConflict,
     AutopilotHeartbeat,
+    BusLoad,
     CommandAcknowledgement,
+    IdentityConflict,
+    Lateness,
     LinkState,
+    OperatorRequest,
     Reading,
     ThrusterCommand,
     ThrusterReport,
 )
 from gateway.channel import Aligned, Channel, Judgement, Learnt, Source
 from gateway.config import Config
+from gateway.load_observations import bus_load_observation, lateness_observation
 from gateway.navigation_channel import NavigationChannel
-from gateway.rules import CONFLICT, autopilots_observation, observations, silence_watch, supervisor
+from gateway.operator import OperatorDesk
+from gateway.rules import (
+    CONFLICT,
+    autopilots_observation,
+    identity_observation,
+    observations,
+    silence_watch,
+    supervisor,
+)
 from gateway.sensor_watch import NavigationFactory
 from gateway.speed_channel import SpeedChannel, SpeedFactory
-from gateway.supervisor import Action
+from gateway.supervisor import Memory, Outgoing
 from gateway.thruster_channel import ThrusterChannel, ThrusterFactory
 from gateway.timeline import Timeline
 
-Outcome = Judgement | Action
+Outcome = Judgement | Outgoing | CommandAck | NamedValue
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,6 +115,8 @@ class Pipeline:
         signals = [signal for channel in self._channels.values() for signal in channel.signals]
         self._silence = silence_watch(config, signals)
         self._supervisor = supervisor(config)
+        self._desk = OperatorDesk(self._channels, self._supervisor)
+        self._load_max = {bus.name: bus.load_max for bus in config.can}
 
     @property
     def subjects(self) -> tuple[str, ...]:
@@ -152,8 +168,7 @@ class Pipeline:
         channel = self._channels.get(subject)
         if channel is None:
             raise ValueError(f"subject = {subject!r}: want one of {', '.join(self._channels)}")
-        channel.accept()
-        return [action for one in channel.told() for action in self._supervisor.accept(one, time_s)]
+        return [*self._desk.accept(channel.told(), time_s)]
 
     def learnt(self) -> dict[str, Learnt]:
         """What the next start of the program should know, by subject."""
@@ -166,6 +181,14 @@ class Pipeline:
             for subject, old in learnt.items()
             if subject not in self._channels or not self._channels[subject].recall(old)
         ]
+
+    def remember(self) -> Memory:
+        """What depends on the moment: levels, and what was asked of the autopilot. For `resume`, if it is young."""
+        return self._supervisor.remember()
+
+    def resume(self, memory: Memory) -> None:
+        """Takes up what an earlier run remembered a moment ago."""
+        self._supervisor.resume(memory)
 
     def snapshot(self) -> bytes:
         """The whole state; `restore` goes on from it bit for bit. To be read only where it was written: a pickle."""
@@ -224,9 +247,18 @@ class Pipeline:
             case AutopilotHeartbeat():
                 yield from self._heartbeat(reading)
             case CommandAcknowledgement():
-                yield from self._supervisor.acknowledge(reading)
+                yield from self._supervisor.command_ack(reading)
+            case OperatorRequest():
+                yield from self._desk.take(reading)
             case AutopilotConflict():
+                self._supervisor.conflict()
                 yield from self._supervisor.observe(autopilots_observation(reading.time_s, reading.system_ids))
+            case IdentityConflict():
+                yield from self._supervisor.observe(identity_observation(reading))
+            case BusLoad():
+                yield from self._supervisor.observe(bus_load_observation(reading, self._load_max[reading.link]))
+            case Lateness():
+                yield from self._supervisor.observe(lateness_observation(reading))
 
     def _heartbeat(self, reading: AutopilotHeartbeat) -> Iterator[Outcome]:
         yield from self._supervisor.heartbeat(reading)

@@ -76,6 +76,11 @@ class PositionTrack:
         self._first_moved_s: float | None = None
         self._down_m: float | None = None
 
+    @property
+    def of_autopilot(self) -> bool:
+        """True where positions are the autopilot's own estimate: under water that is made from its DVL."""
+        return self.source in ("LOCAL_POSITION_NED", "GLOBAL_POSITION_INT")
+
     def wants(self, reading: PositionReading) -> bool:
         """Whether this kind of position is one to choose from."""
         return isinstance(reading, self._kinds)

@@ -3,19 +3,30 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from functools import partial
+from math import hypot
 from typing import assert_never
 
 from detectors.verdict import Level
+from drivers.readings import IdentityConflict
 from gateway import texts
 from gateway.channel import Judgement, NavigationJudgement, SpeedJudgement, ThrusterJudgement
 from gateway.config import Config
-from gateway.config_sections import MAVLINK
+from gateway.config_sections import MAVLINK, Clear, Thruster, Times
+from gateway.config_sections import Supervisor as SupervisorTable
+from gateway.load_observations import GATEWAY
 from gateway.observation import Observation
 from gateway.sensor_observations import SUBJECTS, navigation_observations
 from gateway.silence import SilenceWatch, Watched
+from gateway.supervision.announcements import RateLimit
 from gateway.supervision.debounce import DebounceTimes
-from gateway.supervisor import Policy, Supervisor
+from gateway.supervision.evidence import Geometry
+from gateway.supervision.levels import Event
+from gateway.supervision.settings import Settings
+from gateway.supervision.subject import Policy
+from gateway.supervisor import Supervisor
 
 # of two sensors that it could be, most often one is named within a moment: then the pilot hears of that one only
 DOUBT_S = 3.0
@@ -24,7 +35,9 @@ SILENCE_OVER_S = 3.0
 # MAVLink is lost after four to five of its heartbeats, which may be all that comes
 MAVLINK_SILENT_S = 5.0
 
-CONFLICT = "link mavlink autopilots"
+CONFLICT, IDENTITY = "link mavlink autopilots", "link mavlink identity"
+
+_CLEARS: Mapping[Clear, Event] = {Clear.RECOVERED: Event.GOOD, Clear.DISARMED: Event.DISARMED}
 
 
 def observations(judgement: Judgement) -> Iterator[Observation]:
@@ -68,6 +81,7 @@ def _speed_observation(judgement: SpeedJudgement) -> Observation:
         score=verdict.score,
         trouble=texts.speed_trouble(verdict),
         details=texts.speed_details(verdict),
+        relies_on=judgement.relies_on,
     )
 
 
@@ -78,22 +92,57 @@ def autopilots_observation(time_s: float, system_ids: tuple[int, ...]) -> Observ
     return Observation(time_s, "link", CONFLICT, MAVLINK, level, math.nan, trouble)
 
 
+def identity_observation(reading: IdentityConflict) -> Observation:
+    """Another program speaks with our own ids."""
+    trouble = f"id {reading.system_id}/{reading.component_id} is used twice"
+    return Observation(reading.time_s, "link", IDENTITY, MAVLINK, Level.SUSPECT, math.nan, trouble)
+
+
 def supervisor(config: Config) -> Supervisor:
     """The supervisor that the configuration asks for."""
     settings, failsafe = config.supervisor, config.failsafe
-    times = DebounceTimes(settings.suspect_after_s, settings.fault_after_s, settings.clear_after_s)
-    doubt = DebounceTimes(max(settings.suspect_after_s, DOUBT_S), max(settings.fault_after_s, DOUBT_S), times.clear_s)
+    cleared_by = frozenset(_CLEARS[clear] for clear in settings.cleared_by)
+    times = partial(_times, settings)
+    doubt = times(settings.navigation)
+    doubt = replace(doubt, suspect_s=max(doubt.suspect_s, DOUBT_S), fault_s=max(doubt.fault_s, DOUBT_S))
+    navigation = failsafe.navigation_fault
     silence = Policy(DebounceTimes(0.0, 0.0, SILENCE_OVER_S))
     policies = {
-        "thruster": Policy(times, cleared_by_disarm=True, failsafe=failsafe.thruster_fault),
-        "speed": Policy(times, cleared_by_disarm=True, failsafe=failsafe.speed_fault),
+        "thruster": Policy(
+            times(settings.thruster), cleared_by, failsafe.thruster_fault, failsafe.thrusters_fault or ()
+        ),
+        "speed": Policy(times(settings.speed), cleared_by, failsafe.speed_fault),
         # a sensor that lies still lies after disarming: armed again, it is told again at once
-        **dict.fromkeys(SUBJECTS.values(), Policy(times, cleared_by_disarm=True, failsafe=failsafe.navigation_fault)),
-        "navigation": Policy(doubt, cleared_by_disarm=True, failsafe=failsafe.navigation_fault),
-        "link": silence,
-        "signal": silence,
+        **dict.fromkeys(SUBJECTS.values(), Policy(times(settings.navigation), cleared_by, navigation)),
+        "navigation": Policy(doubt, cleared_by, navigation),
+        **dict.fromkeys(("link", "signal", GATEWAY), silence),
     }
-    return Supervisor(policies, failsafe.interval_s, settings.repeat_s)
+    return Supervisor(
+        policies,
+        Settings(
+            repeat_s=settings.repeat_s,
+            suspect_repeat_s=settings.suspect_repeat_s,
+            limit=RateLimit(settings.texts_per_minute),
+            delay_s=failsafe.delay_s,
+            interval_s=failsafe.interval_s,
+            geometry=_geometry(config.thruster),
+            watching=texts.fitted(f"Watching {config.watched()}"),
+        ),
+    )
+
+
+def _times(settings: SupervisorTable, own: Times | None) -> DebounceTimes:
+    """Times of a detector's subjects: its own, where they are given."""
+    given = {} if own is None else own.model_dump(exclude_none=True)
+    keys = ("suspect_after_s", "fault_after_s", "clear_after_s")
+    return DebounceTimes(*(given.get(key, getattr(settings, key)) for key in keys))
+
+
+def _geometry(thrusters: Iterable[Thruster]) -> Geometry:
+    return Geometry(
+        {f"thruster {one.number}": abs(one.down) for one in thrusters if one.down},
+        {f"thruster {one.number}": hypot(one.ahead, one.right) for one in thrusters if one.ahead or one.right},
+    )
 
 
 def silence_watch(config: Config, signals: Iterable[Watched]) -> SilenceWatch:

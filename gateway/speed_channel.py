@@ -30,6 +30,9 @@ from gateway.thrust import Shares, ThrustDemand
 
 SUBJECT = "vehicle"
 HEADING, POSITION = "vehicle heading", "vehicle position"
+# of the navigation watch: what the autopilot's heading, and its own position, are made from
+HEADING_SENSORS: tuple[str, ...] = ("gyroscope",)
+DEAD_RECKONING = ("dvl", *HEADING_SENSORS)
 # what a sample is called that only brings a newer heading: as alignment meant it
 REPEATED = "position repeated"
 AUTOPILOT_KINDS = (Attitude, LocalPosition, GlobalPosition, PositionFix, AutopilotReboot)
@@ -126,8 +129,9 @@ class SpeedChannel(Channel[PoseSample]):
         return (), None
 
     def _judge(self, samples: Sequence[PoseSample]) -> Iterator[SpeedJudgement]:
+        relies_on = DEAD_RECKONING if self._aligner.track.of_autopilot else HEADING_SENSORS
         for sample in samples:
-            yield SpeedJudgement(sample, self._detector.update(sample))
+            yield SpeedJudgement(sample, self._detector.update(sample), relies_on)
 
 
 def _sources(pushing: Sequence[Thruster]) -> Iterator[Source]:

@@ -1,136 +1,54 @@
-"""From what detectors and watches say, what pilot and autopilot are told. Pure: time comes in, actions go out.
+"""From what detectors and watches say, what pilot and autopilot are told. Pure: time comes in, outcomes go out.
 
-Each subject (a thruster, the vehicle, a link, ...) is in one of the four levels, and moves by `TABLE`:
+Each subject (a thruster, the vehicle, a sensor, a link, ...) is in one of four levels, and moves by the table in
+`supervision.levels`, when what is said of it has lasted (`supervision.debounce`). Over all of them:
 
-- Levels are debounced, upwards and downwards, before they count (`gateway.debounce`).
-- A FAULT is latched. Its clear conditions have names: NORMAL lasted, vehicle disarmed, operator accepted. That its
-  detector does not know (any more) clears nothing, nor does one NORMAL of a detector that has just learnt the faulty
-  state.
-- One text when a subject gets worse, one when it is over, and a lasting FAULT again every `repeat_s`.
-- The onset of a FAULT is handed to `gateway.failsafe`, with the action that its detector's policy names.
-- Every change of level is a finding.
+- One text for each change for the worse, one when it is over, and again while it lasts; under one rate limit
+  (`supervision.announcements`). Every change of level is a finding.
+- A thruster's fault that explains a slow vehicle is said with it, as one cause; a sensor's fault makes that UNKNOWN
+  which relies on the sensor (`supervision.evidence`).
+- The faults that ask for more than texts make a plan, and the worst wins (`supervision.actions`); what is asked of
+  the autopilot, and when not, is in `supervision.intervention`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from enum import Enum, auto
 
 from detectors.verdict import Level
 from drivers.mavlink.messages import CommandLong, CompanionHeartbeat, CompanionState, StatusText
 from drivers.readings import AutopilotHeartbeat, CommandAcknowledgement
 from gateway import texts
-from gateway.failsafe import ACTIONS, Failsafe
 from gateway.findings import Finding
 from gateway.observation import Observation
 from gateway.severity import Severity
-from gateway.supervision.autopilots import ArmedEdge, AutopilotWatch
-from gateway.supervision.debounce import Debounce, DebounceTimes
-from gateway.supervision.levels import Event
+from gateway.supervision.announcements import Announcements
+from gateway.supervision.autopilots import ArmedEdge, AutopilotKind, AutopilotWatch, kind_of
+from gateway.supervision.debounce import Debounce
+from gateway.supervision.evidence import plan, together
+from gateway.supervision.intervention import Intervention
+from gateway.supervision.intervention_table import State
+from gateway.supervision.levels import TABLE, Event, Say
+from gateway.supervision.settings import Settings
+from gateway.supervision.subject import Policy, Remembered, Subject
+from gateway.supervision.wording import Wording
 
-Action = Finding | StatusText | CommandLong | CompanionHeartbeat
+Outgoing = Finding | StatusText | CommandLong | CompanionHeartbeat
 
 HEARTBEAT_PERIOD_S = 1.0
 # ticks stand on a grid of decimal fractions: less than half a tick early is on time
 TICK_TOLERANCE_S = 0.01
-
-
-class Say(Enum):
-    """What a transition tells the pilot."""
-
-    NOTHING = auto()
-    WORSE = auto()
-    REPEAT = auto()
-    OVER = auto()
+# texts of no subject of their own: they wait, and are replaced, as if they were of these
+FAILSAFE, STATE = "failsafe", "state"
 
 
 @dataclass(frozen=True, slots=True)
-class Transition:
-    """Where an event leads, and what is said."""
+class Memory:
+    """What survives a restart of the program, if it is short: subjects, and what was asked of the autopilot."""
 
-    level: Level
-    say: Say = Say.NOTHING
-
-
-TABLE: Mapping[tuple[Level, Event], Transition] = {
-    (Level.UNKNOWN, Event.LEARNING): Transition(Level.UNKNOWN),
-    (Level.UNKNOWN, Event.GOOD): Transition(Level.NORMAL),
-    (Level.UNKNOWN, Event.SUSPICIOUS): Transition(Level.SUSPECT, Say.WORSE),
-    (Level.UNKNOWN, Event.FAULTY): Transition(Level.FAULT, Say.WORSE),
-    (Level.UNKNOWN, Event.DISARMED): Transition(Level.UNKNOWN),
-    (Level.UNKNOWN, Event.ACCEPTED): Transition(Level.UNKNOWN),
-    (Level.UNKNOWN, Event.REPEAT_DUE): Transition(Level.UNKNOWN),
-    (Level.NORMAL, Event.LEARNING): Transition(Level.UNKNOWN),
-    (Level.NORMAL, Event.GOOD): Transition(Level.NORMAL),
-    (Level.NORMAL, Event.SUSPICIOUS): Transition(Level.SUSPECT, Say.WORSE),
-    (Level.NORMAL, Event.FAULTY): Transition(Level.FAULT, Say.WORSE),
-    (Level.NORMAL, Event.DISARMED): Transition(Level.NORMAL),
-    (Level.NORMAL, Event.ACCEPTED): Transition(Level.NORMAL),
-    (Level.NORMAL, Event.REPEAT_DUE): Transition(Level.NORMAL),
-    # not knowing is no good news: a suspicion stays until it is confirmed, refuted or dealt with
-    (Level.SUSPECT, Event.LEARNING): Transition(Level.SUSPECT),
-    (Level.SUSPECT, Event.GOOD): Transition(Level.NORMAL, Say.OVER),
-    (Level.SUSPECT, Event.SUSPICIOUS): Transition(Level.SUSPECT),
-    (Level.SUSPECT, Event.FAULTY): Transition(Level.FAULT, Say.WORSE),
-    (Level.SUSPECT, Event.DISARMED): Transition(Level.UNKNOWN, Say.OVER),
-    (Level.SUSPECT, Event.ACCEPTED): Transition(Level.UNKNOWN, Say.OVER),
-    (Level.SUSPECT, Event.REPEAT_DUE): Transition(Level.SUSPECT),
-    # latched: only a named clear condition leads out
-    (Level.FAULT, Event.LEARNING): Transition(Level.FAULT),
-    (Level.FAULT, Event.GOOD): Transition(Level.NORMAL, Say.OVER),
-    (Level.FAULT, Event.SUSPICIOUS): Transition(Level.FAULT),
-    (Level.FAULT, Event.FAULTY): Transition(Level.FAULT),
-    (Level.FAULT, Event.DISARMED): Transition(Level.UNKNOWN, Say.OVER),
-    (Level.FAULT, Event.ACCEPTED): Transition(Level.UNKNOWN, Say.OVER),
-    (Level.FAULT, Event.REPEAT_DUE): Transition(Level.FAULT, Say.REPEAT),
-}
-
-SEVERITY_OF_WORSE: Mapping[Level, Severity] = {Level.SUSPECT: Severity.WARNING, Level.FAULT: Severity.CRITICAL}
-
-
-def diagram() -> str:
-    """`TABLE` as a mermaid state diagram; transitions that change and say nothing are left out."""
-    lines = ["stateDiagram-v2", f"    [*] --> {Level.UNKNOWN.name}"]
-    for (level, event), transition in TABLE.items():
-        if transition.level is not level or transition.say is not Say.NOTHING:
-            said = "" if transition.say is Say.NOTHING else f" / say {transition.say.name.lower()}"
-            lines.append(f"    {level.name} --> {transition.level.name}: {event}{said}")
-    return "\n".join(lines)
-
-
-@dataclass(frozen=True, slots=True)
-class Policy:
-    """How the subjects of one detector are treated.
-
-    Attributes:
-        times: debounce.
-        cleared_by_disarm: disarming the vehicle is a clear condition.
-        failsafe: what the onset of a FAULT asks of the autopilot. With "warn" the pilot gets texts, and that is all;
-            with "none" there are only findings.
-
-    Raises:
-        ValueError: an unknown failsafe action.
-    """
-
-    times: DebounceTimes
-    cleared_by_disarm: bool = False
-    failsafe: str = "warn"
-
-    def __post_init__(self) -> None:
-        if self.failsafe not in ACTIONS:
-            raise ValueError(f"failsafe = {self.failsafe!r}: want one of {', '.join(sorted(ACTIONS))}")
-
-
-@dataclass(slots=True)
-class _Subject:
-    """State of one subject: its level, its debounce, and what was said of it last."""
-
-    debounce: Debounce
-    policy: Policy
-    seen: Observation
-    level: Level = Level.UNKNOWN
-    said_s: float = 0.0
+    subjects: Mapping[str, Remembered]
+    intervention: Intervention
 
 
 class Supervisor:
@@ -138,16 +56,17 @@ class Supervisor:
 
     Args:
         policies: by detector; and by subject, for those that are treated in another way.
-        ask_every_s: the autopilot is never asked for a failsafe action again sooner than this.
-        repeat_s: a lasting FAULT is said again this often.
+        settings: for all of them.
     """
 
-    def __init__(self, policies: Mapping[str, Policy], ask_every_s: float = 60.0, repeat_s: float = 30.0) -> None:
+    def __init__(self, policies: Mapping[str, Policy], settings: Settings | None = None) -> None:
         self._policies = dict(policies)
-        self._failsafe = Failsafe(ask_every_s)
+        self._settings = settings or Settings()
         self._autopilot = AutopilotWatch()
-        self._repeat_s = repeat_s
-        self._subjects: dict[str, _Subject] = {}
+        self._kind: AutopilotKind | None = None
+        self._intervention = Intervention(self._autopilot, self._settings.delay_s, self._settings.interval_s)
+        self._announcements = Announcements(self._settings.limit)
+        self._subjects: dict[str, Subject] = {}
         self._beat_s: float | None = None
 
     def levels(self) -> dict[str, Level]:
@@ -158,101 +77,201 @@ class Supervisor:
         """True where the autopilot is known to be disarmed."""
         return self._autopilot.armed is False
 
-    def observe(self, observation: Observation) -> list[Action]:
+    @property
+    def intervention(self) -> State:
+        """How far the autopilot was asked to do something."""
+        return self._intervention.state
+
+    # What comes in --------------------------------------------------------------------------------
+
+    def observe(self, observation: Observation) -> list[Outgoing]:
         """Takes what is said of a subject.
 
         Raises:
             ValueError: a detector that has no policy.
         """
         subject = self._subject(observation)
+        if self._distrusted(observation.relies_on):
+            return self._distrust(subject, observation, observation.time_s)
         event = subject.debounce.update(observation.time_s, observation.level)
         if observation.level >= Level.SUSPECT or subject.level <= Level.NORMAL:
             subject.seen = observation  # of a latched fault, the last evidence of it
-        return [] if event is None else self._apply(subject, event, observation)
+        if event is None or not subject.clears(event):
+            return []
+        return self._apply(subject, event, observation, observation.time_s)
 
-    def heartbeat(self, reading: AutopilotHeartbeat) -> list[Action]:
+    def heartbeat(self, reading: AutopilotHeartbeat) -> list[Outgoing]:
         """Takes the autopilot's HEARTBEAT: disarming clears, arming lets everything count again."""
         edge = self._autopilot.heartbeat(reading)
-        actions: list[Action] = []
+        self._intervention.heartbeat(reading)
+        outgoing = self._introduce(reading)
         for subject in self._subjects.values():
-            if edge is ArmedEdge.DISARMED and subject.policy.cleared_by_disarm:
-                actions += self._clear(subject, Event.DISARMED, reading.time_s)
+            if edge is not ArmedEdge.NONE:
+                subject.settled = True  # whoever arms with a fault, or disarms, knows of it
+            if edge is ArmedEdge.DISARMED and subject.clears(Event.DISARMED):
+                outgoing += self._clear(subject, Event.DISARMED, reading.time_s)
             elif edge is ArmedEdge.ARMED:
                 subject.debounce.unmute()
-        return actions
+        return outgoing + self._intervene(reading.time_s)
 
-    def accept(self, subject: str, time_s: float) -> list[Action]:
-        """The operator says that a subject is well as it is. Unknown subjects are well."""
-        found = self._subjects.get(subject)
-        return [] if found is None else self._clear(found, Event.ACCEPTED, time_s)
+    def conflict(self) -> None:
+        """Several autopilots are heard: none of them is relied on."""
+        self._autopilot.forget()
+        self._kind = None
 
-    def acknowledge(self, reading: CommandAcknowledgement) -> list[Action]:
+    def command_ack(self, reading: CommandAcknowledgement) -> list[Outgoing]:
         """Takes a COMMAND_ACK."""
-        return list(self._failsafe.acknowledge(reading))
+        self._intervention.acknowledge(reading)
+        return self._intervene(reading.time_s)
 
-    def advance(self, time_s: float) -> list[Action]:
-        """Takes a tick: repeats, failsafe tries, and our own heartbeat once a second."""
-        actions: list[Action] = []
+    def advance(self, time_s: float) -> list[Outgoing]:
+        """Takes a tick: repeats, requests to the autopilot, texts that had to wait, and a heartbeat once a second."""
+        outgoing: list[Outgoing] = []
         for subject in self._subjects.values():
-            if subject.level is Level.FAULT and time_s - subject.said_s >= self._repeat_s - TICK_TOLERANCE_S:
-                actions += self._apply(subject, Event.REPEAT_DUE, subject.seen, time_s)
-        actions += self._failsafe.advance(time_s)
+            if subject.level > Level.UNKNOWN and self._distrusted(subject.seen.relies_on):
+                outgoing += self._distrust(subject, subject.seen, time_s)
+            if self._repeat_due(subject, time_s):
+                outgoing += self._apply(subject, Event.REPEAT_DUE, subject.seen, time_s)
+        outgoing += self._intervene(time_s)
+        outgoing += self._announcements.advance(time_s)
         if self._beat_s is None or time_s - self._beat_s >= HEARTBEAT_PERIOD_S - TICK_TOLERANCE_S:
             self._beat_s = time_s
-            faulty = any(s.level is Level.FAULT for s in self._subjects.values())
-            actions.append(CompanionHeartbeat(CompanionState.CRITICAL if faulty else CompanionState.ACTIVE))
-        return actions
+            outgoing.append(CompanionHeartbeat(self._state()))
+        return outgoing
 
-    def _subject(self, observation: Observation) -> _Subject:
+    # What the operator says -----------------------------------------------------------------------
+
+    def acknowledge(self, subjects: Iterable[str], time_s: float) -> list[Outgoing]:
+        """The operator has seen these faults: they are not repeated, and nothing (more) is asked because of them."""
+        for subject in self._known(subjects):
+            subject.acknowledged = subject.settled = True
+        return self._intervene(time_s)
+
+    def accept(self, subjects: Iterable[str], time_s: float) -> list[Outgoing]:
+        """The operator says that these are well as they are."""
+        outgoing = [one for subject in self._known(subjects) for one in self._clear(subject, Event.ACCEPTED, time_s)]
+        return outgoing + self._intervene(time_s)
+
+    def mute(self, subjects: Iterable[str], time_s: float, duration_s: float) -> None:
+        """The operator wants no texts of these for a while. Findings and actions go on."""
+        for subject in self._known(subjects):
+            subject.muted_until_s = time_s + duration_s
+            self._announcements.withdraw(subject.seen.subject)
+
+    def inform(self, time_s: float, text: str) -> list[Outgoing]:
+        """Says something that is no fault."""
+        return self._say(time_s, STATE, Severity.INFO, text)
+
+    # What survives a restart ----------------------------------------------------------------------
+
+    def remember(self) -> Memory:
+        """For `resume` in a new process."""
+        kept = {
+            name: Remembered(one.level, one.seen, one.acknowledged, one.settled, one.muted_until_s)
+            for name, one in self._subjects.items()
+        }
+        return Memory(kept, self._intervention)
+
+    def resume(self, memory: Memory) -> None:
+        """Takes up what another supervisor remembered: levels, and that which was asked is not asked again."""
+        for name, old in memory.subjects.items():
+            if old.seen.detector in self._policies or name in self._policies:
+                subject = self._subject(old.seen)
+                subject.level, subject.acknowledged, subject.settled = old.level, old.acknowledged, old.settled
+                subject.muted_until_s = old.muted_until_s
+        self._intervention.resume(memory.intervention)
+
+    # Within ---------------------------------------------------------------------------------------
+
+    def _subject(self, observation: Observation) -> Subject:
         found = self._subjects.get(observation.subject)
         if found is None:
             policy = self._policies.get(observation.subject, self._policies.get(observation.detector))
             if policy is None:
                 known = ", ".join(sorted(self._policies))
                 raise ValueError(f"detector = {observation.detector!r}: want one that has a policy: {known}")
-            found = _Subject(Debounce(policy.times), policy, observation)
+            found = Subject(policy, Debounce(policy.times), observation)
             self._subjects[observation.subject] = found
         return found
 
-    def _clear(self, subject: _Subject, event: Event, time_s: float) -> list[Action]:
+    def _known(self, subjects: Iterable[str]) -> list[Subject]:
+        return [found for name in subjects if (found := self._subjects.get(name)) is not None]
+
+    def _distrusted(self, relies_on: Iterable[str]) -> list[Subject]:
+        return [one for one in self._known(relies_on) if one.level is Level.FAULT]
+
+    def _distrust(self, subject: Subject, observation: Observation, time_s: float) -> list[Outgoing]:
+        """What its detector says of it is based on a sensor that lies."""
+        because = together([one.seen.label for one in self._distrusted(observation.relies_on)])
+        subject.debounce.reset()
+        subject.seen = observation.unknown(f"{because} faulty")
+        return self._apply(subject, Event.DISTRUSTED, subject.seen, time_s)
+
+    def _clear(self, subject: Subject, event: Event, time_s: float) -> list[Outgoing]:
         if subject.level < Level.SUSPECT:
             return []
         subject.debounce.mute()
         return self._apply(subject, event, subject.seen, time_s)
 
-    def _apply(
-        self, subject: _Subject, event: Event, observation: Observation, time_s: float | None = None
-    ) -> list[Action]:
-        """Makes the transition; `time_s` where it is not the observation's own."""
+    def _apply(self, subject: Subject, event: Event, observation: Observation, time_s: float) -> list[Outgoing]:
+        """Makes the transition."""
         before, transition = subject.level, TABLE[subject.level, event]
-        at_s = observation.time_s if time_s is None else time_s
-        subject.level = transition.level
         if transition.level is before and transition.say is Say.NOTHING:
             return []
-        severity, text = _words(transition, event, observation)
-        actions: list[Action] = []
+        subject.move(transition.level)
+        wording = Wording(subject, self._subjects.values(), self._settings.geometry)
+        severity, text = wording.of(transition, event, observation)
+        outgoing: list[Outgoing] = []
         if transition.level is not before:
-            actions.append(_finding(at_s, observation, transition.level, severity, text))
+            outgoing.append(_finding(time_s, observation, transition.level, severity, text))
         if transition.say is not Say.NOTHING:
-            subject.said_s = at_s
-            actions += [StatusText(severity, text)] if subject.policy.failsafe != "none" else []
-        if transition.level is Level.FAULT and before is not Level.FAULT:
-            actions += self._failsafe.request(at_s, observation.label, subject.policy.failsafe, self._autopilot)
-        return actions
+            subject.said_s = time_s
+            if not (subject.silenced(time_s) or (transition.say is Say.REPEAT and wording.explained)):
+                outgoing += self._say(time_s, observation.subject, severity, text)
+        return outgoing + (self._intervene(time_s) if Level.FAULT in (before, transition.level) else [])
 
+    def _repeat_due(self, subject: Subject, time_s: float) -> bool:
+        if subject.level < Level.SUSPECT or subject.acknowledged:
+            return False
+        fault = subject.level is Level.FAULT
+        after_s = self._settings.repeat_s if fault else self._settings.suspect_repeat_s
+        return time_s - subject.said_s >= after_s - TICK_TOLERANCE_S
 
-def _words(transition: Transition, event: Event, observation: Observation) -> tuple[Severity, str]:
-    match transition.say:
-        case Say.WORSE:
-            return SEVERITY_OF_WORSE[transition.level], observation.text()
-        case Say.REPEAT:
-            return Severity.WARNING, observation.text()
-        case Say.OVER if event is Event.GOOD:
-            return Severity.NOTICE, observation.over_text()
-        case Say.OVER:
-            return Severity.NOTICE, texts.fitted(f"{observation.label} fault cleared: {event}")
-        case Say.NOTHING:
-            return Severity.INFO, observation.text()
+    def _introduce(self, reading: AutopilotHeartbeat) -> list[Outgoing]:
+        """Once for each autopilot: what is watched, and that one that is not known gets advice only."""
+        before, self._kind = self._kind, kind_of(reading)
+        if self._kind is before:
+            return []
+        said = self._say(reading.time_s, STATE, Severity.INFO, self._settings.watching)
+        if self._kind is AutopilotKind.OTHER:
+            text = f"Autopilot {reading.autopilot}, type {reading.vehicle_type} unknown: advice only"
+            said += self._say(reading.time_s, "autopilot kind", Severity.INFO, text)
+        return said
+
+    def _intervene(self, time_s: float) -> list[Outgoing]:
+        subjects = list(self._subjects.values())
+        faulty = any(subject.level is Level.FAULT for subject in subjects)
+        if not faulty and self._intervention.state is State.IDLE:
+            return []
+        wanted = plan(subjects, self._settings.geometry)
+        outgoing: list[Outgoing] = []
+        for one in self._intervention.update(time_s, wanted, all_well=not faulty):
+            if isinstance(one, StatusText):
+                outgoing += self._announcements.say(time_s, FAILSAFE, one)
+            else:
+                outgoing.append(one)
+        return outgoing
+
+    def _say(self, time_s: float, subject: str, severity: Severity, text: str) -> list[Outgoing]:
+        if not text:
+            return []
+        return [*self._announcements.say(time_s, subject, StatusText(severity, texts.fitted(text)))]
+
+    def _state(self) -> CompanionState:
+        levels = {subject.level for subject in self._subjects.values()}
+        if Level.FAULT in levels:
+            return CompanionState.CRITICAL
+        return CompanionState.ACTIVE if levels & {Level.NORMAL, Level.SUSPECT} else CompanionState.BOOT
 
 
 def _finding(time_s: float, observation: Observation, level: Level, severity: Severity, text: str) -> Finding:

@@ -1,7 +1,7 @@
 """What can be asked of an autopilot, in PX4's order and words, and what each action needs to be of any use.
 
-none < warn < manual < hold < return, surface < land < disarm < terminate: the worst wins (PX4, `Safety` guide; `manual`
-stands where PX4 has its fallbacks to manual modes, `surface` is ArduSub's way home).
+none < warn < manual < hold < return, surface < land < disarm < terminate: the worst wins (PX4, `Safety` guide;
+`manual` stands where PX4 has its fallbacks to manual modes, `surface` is ArduSub's way home).
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The levels of a subject and what moves them: the table that code, tests and the README's diagram all read.
 
-- A FAULT is latched. Its clear conditions have names: NORMAL lasted, vehicle disarmed, operator accepted, a sensor that
-  it relies on is faulty. That its detector does not know (any more) clears nothing, nor does one NORMAL of a detector
-  that has just learnt the faulty state.
+- A FAULT is latched. Its clear conditions have names: NORMAL lasted, vehicle disarmed, operator accepted, a sensor
+  that it relies on is faulty. That its detector does not know (any more) clears nothing, nor does one NORMAL of a
+  detector that has just learnt the faulty state.
 - Not knowing is no good news: a suspicion stays until it is confirmed, refuted or dealt with.
 - One text when a subject gets worse, one when it is over, and while it lasts again now and then.
 """

@@ -14,14 +14,16 @@ from gateway.findings import Finding
 from gateway.observation import Observation
 from gateway.severity import Severity
 from gateway.supervision.debounce import Debounce, DebounceTimes
-from gateway.supervision.levels import Event
-from gateway.supervisor import TABLE, Policy, Say, Supervisor, diagram
+from gateway.supervision.levels import TABLE, Event, Say, diagram
+from gateway.supervision.settings import Settings
+from gateway.supervision.subject import Policy
+from gateway.supervisor import Supervisor
 
 AT_ONCE = DebounceTimes(0.0, 0.0, 0.0)
 
 
 def supervisor(times: DebounceTimes = AT_ONCE, **settings: object) -> Supervisor:
-    return Supervisor({"thruster": Policy(times, cleared_by_disarm=True)}, **settings)
+    return Supervisor({"thruster": Policy(times, frozenset({Event.GOOD, Event.DISARMED}))}, Settings(**settings))
 
 
 def seen(time_s: float, level: Level, subject: str = "thruster 3") -> Observation:
@@ -34,7 +36,9 @@ def heartbeat(time_s: float, armed: bool) -> AutopilotHeartbeat:
 
 
 def texts(actions: list) -> list[tuple[int, str]]:
-    return [(action.severity, action.text) for action in actions if isinstance(action, StatusText)]
+    """What the pilot reads, but for what is no news of a fault."""
+    said = [action for action in actions if isinstance(action, StatusText)]
+    return [(action.severity, action.text) for action in said if action.severity < Severity.INFO]
 
 
 def findings(actions: list) -> list[Finding]:
@@ -53,7 +57,7 @@ def test_what_the_table_says_of_worse_and_over():
 
 def test_fault_is_latched_against_all_but_its_named_clear_conditions():
     out = {event for event in Event if TABLE[Level.FAULT, event].level is not Level.FAULT}
-    assert out == {Event.GOOD, Event.DISARMED, Event.ACCEPTED}
+    assert out == {Event.GOOD, Event.DISARMED, Event.ACCEPTED, Event.DISTRUSTED}
 
 
 EVENT_OF_LEVEL = {
@@ -154,7 +158,7 @@ def test_fault_while_disarmed_is_told_all_the_same():
 def test_accepted_fault_counts_again_only_after_it_was_away():
     subject = supervisor()
     subject.observe(seen(1.0, Level.FAULT))
-    assert texts(subject.accept("thruster 3", 2.0)) == [(Severity.NOTICE, "T3 fault cleared: operator accepted")]
+    assert texts(subject.accept(["thruster 3"], 2.0)) == [(Severity.NOTICE, "T3 fault cleared: operator accepted")]
     assert subject.observe(seen(2.1, Level.FAULT)) == []
     subject.observe(seen(3.0, Level.NORMAL))
     assert texts(subject.observe(seen(4.0, Level.FAULT)))
@@ -175,16 +179,16 @@ def test_every_text_is_a_valid_statustext(label, trouble, details):
 
 def test_policy_with_an_unknown_action_is_the_callers_mistake():
     with pytest.raises(ValueError, match="surface"):
-        Policy(AT_ONCE, failsafe="explode")
+        Policy(AT_ONCE, ladder=("explode",))
+    with pytest.raises(ValueError, match="ladder"):
+        Policy(AT_ONCE, ladder=())
 
 
 def test_diagram_shows_every_way_in_and_out_of_a_fault():
     lines = diagram().splitlines()
     assert lines[0] == "stateDiagram-v2"
     assert "    NORMAL --> FAULT: FAULT lasted / say worse" in lines
-    assert (
-        sum("FAULT --> " in line and "SUSPECT" not in line for line in lines) == 4
-    )  # three ways out, and the repeat
+    assert sum("FAULT --> " in line and "SUSPECT" not in line for line in lines) == 5  # four ways out, and the repeat
 
 
 @pytest.mark.parametrize("wrong", [(-1.0, 0.0, 0.0), (0.0, math.nan, 0.0)])

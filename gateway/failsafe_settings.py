@@ -1,0 +1,48 @@
+"""What the failsafe table of the configuration needs of the others: an action that cannot come is no safety."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from gateway.config_sections import MAVLINK, Failsafe, Thruster
+from gateway.problems import Problem
+from gateway.supervision.actions import NEEDS, Action, Need, sends
+
+# keys of the table, with the detector that each is of
+KEYS: Mapping[str, str] = {
+    "thruster_fault": "thruster",
+    "thrusters_fault": "thruster",
+    "speed_fault": "speed",
+    "navigation_fault": "navigation",
+}
+# tables that switch a watch on
+WATCHES = frozenset({"speed", "navigation"})
+NO_SECOND_EVIDENCE = f'has no second kind of evidence, without which nothing above "{Action.HOLD}" is asked'
+
+
+def contradictions(failsafe: Failsafe, thrusters: Sequence[Thruster], tables: Mapping[str, Any]) -> Iterator[Problem]:
+    """Actions that can never come about.
+
+    Args:
+        failsafe: the table.
+        thrusters: what is valid of them.
+        tables: the raw file.
+    """
+    for key, detector in KEYS.items():
+        for action in filter(sends, getattr(failsafe, key) or ()):
+            for wanted in _wanted(action, detector, thrusters, tables):
+                yield Problem(f"failsafe.{key}", str(action), wanted)
+
+
+def _wanted(action: Action, detector: str, thrusters: Sequence[Thruster], tables: Mapping[str, Any]) -> Iterator[str]:
+    if MAVLINK not in tables:
+        yield f'needs a [mavlink] table to reach the autopilot, else want "{Action.WARN}" or "{Action.NONE}"'
+    if detector in WATCHES and detector not in tables:
+        yield f"means nothing without a table [{detector}]"
+    if Need.EVIDENCE in NEEDS[action] and detector == "navigation":
+        yield f'a navigation sensor {NO_SECOND_EVIDENCE}: want "{Action.MANUAL}" or "{Action.HOLD}"'
+    if Need.EVIDENCE in NEEDS[action] and detector == "thruster" and "speed" not in tables:
+        yield f"a thruster {NO_SECOND_EVIDENCE}: want a table [speed], which can confirm it"
+    if Need.VERTICAL_THRUST in NEEDS[action] and thrusters and not any(thruster.down for thruster in thrusters):
+        yield "needs to know whether vertical thrust is left: want down = 1 or -1 for each vertical [[thruster]]"

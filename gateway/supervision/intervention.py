@@ -1,0 +1,260 @@
+"""Asks the autopilot for what should be done about faults, one step at a time, by the table of `intervention_table`.
+
+Nothing is asked of an autopilot that is not armed, is not heard, is not known, or is in a failsafe of its own
+(advise, do not compete); no action again within `interval_s`; and never a mode against whoever changed it after us.
+What is asked is announced first, answered or sent again (`drivers.mavlink.command_exchange`), and believed when the
+HEARTBEAT shows it; if it does not, the next action of the plan is asked.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from drivers.mavlink.command_exchange import CommandExchange, Ended
+from drivers.mavlink.messages import CommandLong, StatusText
+from drivers.readings import AutopilotHeartbeat, CommandAcknowledgement
+from gateway.findings import Finding
+from gateway.supervision import intervention_words as words
+from gateway.supervision.actions import RANK, Action, Plan
+from gateway.supervision.autopilots import OWN_FAILSAFE, REQUESTS, AutopilotWatch, Request, kind_of
+from gateway.supervision.intervention_table import TABLE, Effect, Happening, State
+
+# HEARTBEAT comes once a second, and may be late or lost
+CONFIRM_S = 5.0
+# one HEARTBEAT that was under way for long may still show the mode before
+FOREIGN_HEARTBEATS = 2
+# a step may lead to another at once; more of them would be a circle
+STEPS_MAX = 8
+
+Outcome = Finding | StatusText | CommandLong
+
+
+class Intervention:
+    """One request at a time. See the module's text.
+
+    Args:
+        autopilot: kept up to date by the caller.
+        delay_s: between announcing and asking, for the pilot to prevent it; 0 = none.
+        interval_s: an action is never asked again sooner than this.
+
+    Attributes:
+        state: where it stands.
+
+    Raises:
+        ValueError: a negative time.
+    """
+
+    def __init__(self, autopilot: AutopilotWatch, delay_s: float = 5.0, interval_s: float = 60.0) -> None:
+        for name, value in (("delay_s", delay_s), ("interval_s", interval_s)):
+            if not value >= 0.0:
+                raise ValueError(f"{name} = {value!r}: want 0 or more seconds")
+        self.state = State.IDLE
+        self._autopilot = autopilot
+        self._delay_s, self._interval_s = delay_s, interval_s
+        self._asked_s: dict[Action, float] = {}
+        self._plan: Plan | None = None
+        self._reset()
+
+    def _reset(self) -> None:
+        self._label = ""
+        self._action = Action.NONE
+        self._rank = 0
+        self._tried: set[Action] = set()
+        self._due_s = math.inf
+        self._exchange: CommandExchange | None = None
+        self._accepted_s = math.inf
+        self._mode_before: frozenset[int] = frozenset()
+        self._our_modes: set[int] = set()
+        self._foreign = 0
+
+    def update(self, time_s: float, plan: Plan | None, all_well: bool) -> list[Outcome]:
+        """Takes what should be done now, and goes on.
+
+        Args:
+            time_s: now.
+            plan: None: nothing.
+            all_well: no fault lasts, not even one for which nothing is to be done.
+        """
+        self._plan = plan
+        outcomes: list[Outcome] = list(self._send_again(time_s))
+        for _ in range(STEPS_MAX):
+            happening = self._happening(time_s, all_well)
+            if happening is None:
+                break
+            step = TABLE[self.state, happening]
+            outcomes += self._do(step.effect, happening, time_s)
+            self.state = step.state
+        return outcomes
+
+    def heartbeat(self, reading: AutopilotHeartbeat) -> None:
+        """Takes a HEARTBEAT, after the watch had it: how often in a row its mode was not one of ours."""
+        self._foreign = 0 if reading.custom_mode in self._our_modes else self._foreign + 1
+
+    def acknowledge(self, reading: CommandAcknowledgement) -> None:
+        """Takes a COMMAND_ACK."""
+        if self._exchange is not None:
+            self._exchange.acknowledge(reading)
+
+    def resume(self, old: Intervention) -> None:
+        """After a restart of the program: when what was asked; what was under way is not asked again."""
+        under_way = old.state in (State.REFRAINED, State.COUNTDOWN, State.ASKED, State.CONFIRMING)
+        self.state = State.SPENT if under_way else old.state
+        self._asked_s, self._action, self._rank = old._asked_s, old._action, old._rank
+        self._our_modes, self._mode_before = old._our_modes, old._mode_before
+
+    # What has happened --------------------------------------------------------------------------
+
+    def _happening(self, time_s: float, all_well: bool) -> Happening | None:
+        """The weightiest of what has happened that the present state knows."""
+        heard = self._autopilot.present(time_s)
+        first, obstacle = self._first(time_s, heard)
+        failed = self._failed(time_s)
+        holds = {
+            Happening.SHOWN: heard is not None and self._shown(heard),
+            Happening.DISARMED: self._autopilot.armed is False,
+            Happening.TAKEN_OVER: heard is not None and self._taken_over(heard),
+            Happening.ALL_WELL: all_well,
+            Happening.UNWANTED: self._plan is None,
+            Happening.BLOCKED: self._plan is not None and bool(obstacle) and self._blocks(heard),
+            Happening.WORSE: not obstacle and RANK[first] > self._rank,
+            Happening.OTHER: not obstacle and first not in (Action.NONE, self._action),
+            Happening.EXHAUSTED: failed and self._next(time_s, heard) is Action.NONE,
+            Happening.FAILED: failed,
+            Happening.ACCEPTED: self._exchange is not None and self._exchange.ended is Ended.ACCEPTED,
+            Happening.DUE: time_s >= self._due_s,
+            Happening.WANTED: not obstacle and first is not Action.NONE,
+        }
+        return next((one for one in Happening if (self.state, one) in TABLE and holds[one]), None)
+
+    def _first(self, time_s: float, heard: AutopilotHeartbeat | None) -> tuple[Action, str]:
+        """The action to ask for, and why it cannot be asked now ("" = it can)."""
+        plan = self._plan
+        if plan is None or self._autopilot.armed is False:
+            return Action.NONE, ""
+        wanted = plan.actions[0] if plan.actions else Action.NONE
+        if heard is None:
+            return wanted, words.NOT_HEARD
+        known = [action for action in plan.actions if (kind_of(heard), action) in REQUESTS]
+        obstacle = words.obstacle(kind_of(heard), plan, heard.system_status in OWN_FAILSAFE, bool(known))
+        first = known[0] if known else wanted
+        if not obstacle and self._asked_just_now(first, time_s):
+            obstacle = words.JUST_NOW
+        return first, obstacle
+
+    def _blocks(self, heard: AutopilotHeartbeat | None) -> bool:
+        """Once asked, only the autopilot itself can be an obstacle."""
+        if self.state is not State.ASKED:
+            return True
+        return heard is None or heard.system_status in OWN_FAILSAFE
+
+    def _asked_just_now(self, action: Action, time_s: float) -> bool:
+        return time_s - self._asked_s.get(action, -math.inf) < self._interval_s
+
+    def _request(self, heard: AutopilotHeartbeat) -> Request | None:
+        return REQUESTS.get((kind_of(heard), self._action))
+
+    def _shown(self, heard: AutopilotHeartbeat) -> bool:
+        request = self._request(heard)
+        if request is None:
+            return False
+        if not request.modes:
+            return self.state is not State.COUNTDOWN and not heard.armed
+        gone_on = heard.custom_mode in request.after and heard.time_s > self._accepted_s
+        return gone_on or heard.custom_mode in request.modes | self._as_good(request)
+
+    def _as_good(self, request: Request) -> frozenset[int]:
+        trusted = self._plan is None or self._plan.position_trusted
+        return request.as_good if trusted else frozenset()
+
+    def _taken_over(self, heard: AutopilotHeartbeat) -> bool:
+        """The mode is neither the one before nor one of ours; once it was ours, it has to last."""
+        if self.state is State.STANDING:
+            return self._foreign >= FOREIGN_HEARTBEATS and bool(self._our_modes)
+        return heard.custom_mode not in self._our_modes | self._mode_before
+
+    def _failed(self, time_s: float) -> bool:
+        if self.state is State.CONFIRMING:
+            return time_s >= self._due_s
+        return self._exchange is not None and self._exchange.ended in (Ended.REFUSED, Ended.UNANSWERED)
+
+    def _next(self, time_s: float, heard: AutopilotHeartbeat | None) -> Action:
+        """The next action of the plan that was not tried; NONE = there is none, or nobody to ask."""
+        if heard is None or self._plan is None or heard.system_status in OWN_FAILSAFE:
+            return Action.NONE
+        untried = (action for action in self._plan.actions if action not in self._tried)
+        possible = (action for action in untried if (kind_of(heard), action) in REQUESTS)
+        return next((action for action in possible if not self._asked_just_now(action, time_s)), Action.NONE)
+
+    # What is done ---------------------------------------------------------------------------------
+
+    def _do(self, effect: Effect, happening: Happening, time_s: float) -> Iterator[Outcome]:
+        heard = self._autopilot.present(time_s)
+        match effect:
+            case Effect.ANNOUNCE | Effect.CHANGE:
+                yield from self._announce(time_s, heard, restart=effect is Effect.ANNOUNCE)
+            case Effect.REFRAIN:
+                action, obstacle = self._first(time_s, heard)
+                self._reset()
+                yield from words.refrained(time_s, action, obstacle)
+            case Effect.CANCEL:
+                why = str(happening) if happening is Happening.DISARMED else f"{self._label} ok"
+                yield from words.cancelled(time_s, self._action, why)
+                self._reset()
+            case Effect.ASK | Effect.FALL_BACK if heard is not None:
+                yield from self._ask(effect, time_s, heard)
+            case Effect.AWAIT:
+                self._accepted_s, self._due_s = time_s, time_s + CONFIRM_S
+                self._exchange = None
+            case Effect.GIVE_UP:
+                yield from words.given_up(time_s, self._action, self._word(), self._label)
+                self._exchange, self._due_s = None, math.inf
+            case Effect.DONE if heard is not None:
+                yield from self._done(time_s, heard)
+            case Effect.YIELD:
+                yield from words.yielded(time_s)
+                self._exchange, self._due_s = None, math.inf
+            case Effect.END:
+                self._reset()
+
+    def _announce(self, time_s: float, heard: AutopilotHeartbeat | None, restart: bool) -> Iterator[Outcome]:
+        action, _ = self._first(time_s, heard)
+        due_s = time_s + self._delay_s if restart else self._due_s
+        self._reset()
+        self._action, self._rank, self._due_s = action, RANK[action], due_s
+        self._label = "" if self._plan is None else self._plan.label
+        self._mode_before = frozenset() if heard is None else frozenset({heard.custom_mode})
+        if due_s > time_s:
+            yield from words.announced(time_s, action, due_s - time_s, self._label)
+
+    def _ask(self, effect: Effect, time_s: float, heard: AutopilotHeartbeat) -> Iterator[Outcome]:
+        if effect is Effect.FALL_BACK:
+            following = self._next(time_s, heard)
+            yield from words.fell_back(time_s, self._action, self._word(), following, self._label)
+            self._action = following
+        request = REQUESTS[kind_of(heard), self._action]
+        command = request.message(heard)
+        self._exchange = CommandExchange(command, time_s)
+        self._accepted_s = self._due_s = math.inf
+        self._tried.add(self._action)
+        self._our_modes |= request.modes | request.after | request.as_good
+        self._asked_s[self._action] = time_s
+        yield words.asked(time_s, self._action, self._label)
+        yield command
+
+    def _done(self, time_s: float, heard: AutopilotHeartbeat) -> Iterator[Outcome]:
+        already = self._action not in self._tried
+        request = self._request(heard)
+        if request is not None:
+            self._our_modes = set(request.modes | request.after | self._as_good(request))
+        self._exchange, self._due_s, self._foreign = None, math.inf, 0
+        yield from words.done(time_s, self._action, self._label, already)
+
+    def _send_again(self, time_s: float) -> Iterator[CommandLong]:
+        if self._exchange is not None and self.state is State.ASKED:
+            again = self._exchange.advance(time_s)
+            if again is not None and self._autopilot.armed:
+                yield again
+
+    def _word(self) -> str:
+        return "not shown" if self._exchange is None else self._exchange.word
