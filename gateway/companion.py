@@ -123,8 +123,9 @@ class Companion:
         encoder = self._encoders.get(system)
         if encoder is None:
             encoder = self._encoders[system] = MavlinkEncoder(system, self._settings.component_id, self._gate)
-        for frame in frames_of(encoder.encode(message, self._clock.now())):
-            self._decoder.own.sent(frame)
+        now_s = self._clock.now()
+        for frame in frames_of(encoder.encode(message, now_s)):
+            self._decoder.own.sent(frame, now_s)
             self._link.send(frame)
 
     def drops(self) -> Counter[str]:

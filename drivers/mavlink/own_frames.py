@@ -1,8 +1,8 @@
 """Packets with our own ids: our frames coming back, or another program that uses the same ids.
 
 Routers and ground stations send on what they get, to us as well. A frame is known again by its sequence number,
-message and payload, which every router leaves as they are. What is not known again was sent by somebody else; one of
-them may be older than our memory, or the last words of the run before this one: it takes several, over a while.
+message and payload, which every router leaves as they are, and by coming soon. What is not known again was sent by
+somebody else; once, that may have been the run before this one: it takes several, over a while.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ from drivers.mavlink.encoder import frames_of
 from drivers.mavlink.frames import Packet, frame_at
 from drivers.readings import IdentityConflict
 
-# Most of a minute, at the rates at which we speak.
+# Routes take seconds at the very most; sequence numbers come again after ten or more.
+ECHO_S = 10.0
 KEPT = 1024
 STRANGE_MIN = 3
 STRANGE_OVER_S = 2.0
@@ -32,23 +33,24 @@ class OwnFrames:
 
     def __init__(self, drops: Counter[str]) -> None:
         self._drops = drops
-        self._sent: dict[_Key, None] = {}
+        self._sent: dict[_Key, float] = {}
         self._strange = 0
         self._since_s = self._newest_s = self._said_s = -inf
 
-    def sent(self, data: bytes) -> None:
-        """Takes frames that are sent, one after the other."""
+    def sent(self, data: bytes, time_s: float) -> None:
+        """Takes frames that are sent now, one after the other."""
         for one in frames_of(data):
             if (frame := frame_at(one, 0)) is not None:
                 key = _key(frame.sequence, frame.message_id, one[frame.payload_start : frame.payload_end])
                 self._sent.pop(key, None)
-                self._sent[key] = None
+                self._sent[key] = time_s
         while len(self._sent) > KEPT:
             del self._sent[next(iter(self._sent))]
 
     def take(self, packet: Packet, time_s: float) -> list[IdentityConflict]:
         """Takes a packet with our ids; a conflict once there is no doubt, and every 10 s while it goes on."""
-        if _key(packet.sequence, packet.message_id, packet.payload) in self._sent:
+        sent_s = self._sent.get(_key(packet.sequence, packet.message_id, packet.payload), -inf)
+        if time_s - sent_s <= ECHO_S:
             self._drops["our own, coming back"] += 1
             return []
         self._drops["another's, with our ids"] += 1
