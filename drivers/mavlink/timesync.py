@@ -97,7 +97,7 @@ class Timesync:
     def _exchanged(self, system: int, asked_s: float, boot_s: float, time_s: float) -> AutopilotClock | None:
         round_trip_s = time_s - asked_s
         if not (0.0 <= round_trip_s <= ROUND_TRIP_MAX_S and boot_s > 0.0):
-            self._drops["TIMESYNC answer too late"] += 1
+            self._drops["implausible TIMESYNC answer"] += 1
             return None
         newest = _Exchange(time_s, (asked_s + time_s) / 2.0 - boot_s, round_trip_s)
         if system != self._system or self._contradicts(newest):
