@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import asyncio
 import os
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from detectors.speed import SpeedConfig
@@ -14,16 +12,15 @@ from detectors.speed.gridded_flow import GriddedFlow
 from drivers.can.interface import port_opener
 from drivers.can.port import CanPortError
 from drivers.clock import Clock
-from drivers.mavlink.endpoint import SerialPort, TcpClient, UdpClient, UdpServer, parse_endpoint
-from drivers.mavlink.transports import open_transport
 from gateway import state
+from gateway.check_result import CheckResult
 from gateway.config import Config
-from gateway.config_sections import CanBus, Mavlink, Speed, Thruster
+from gateway.config_sections import CanBus, Speed, Thruster
 from gateway.current_forecast import coverage, why_unknown
+from gateway.mavlink_check import check_mavlink
 from gateway.navigation_check import possible, sources
 from gateway.wiring import can_decoder
 
-OPEN_TIMEOUT_S = 5.0
 INTERFACES = Path("/sys/class/net")
 RANGE_UNNAMED = "range holds at the command of the first seconds under way; better name it: speed.command"
 
@@ -35,35 +32,12 @@ POSITIONS: Mapping[str, str] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class CheckResult:
-    """What a check found.
-
-    Attributes:
-        subject: what was looked at.
-        ok: True if the gateway can work with it.
-        detail: what was seen.
-        remedy: what to do where it is not ok.
-    """
-
-    subject: str
-    ok: bool
-    detail: str
-    remedy: str = ""
-
-    def line(self) -> str:
-        """For the terminal."""
-        if self.ok:
-            return f"ok       {self.subject}: {self.detail}"
-        return f"problem  {self.subject}: {self.detail}; {self.remedy}"
-
-
 def checks(config: Config) -> Iterator[CheckResult]:
     """Looks at every link and file of a configuration. Nothing is sent, nothing is changed."""
     for bus in config.can:
         yield _check_bus(bus, config)
     if config.mavlink is not None:
-        yield _check_mavlink(config.mavlink)
+        yield from check_mavlink(config.mavlink, config.files.state)
     if config.speed is None or config.detector.speed is None:
         yield CheckResult("speed", True, "not watched (no table [speed])")
     else:
@@ -109,33 +83,6 @@ def _operstate(channel: str) -> str:
         return (INTERFACES / channel / "operstate").read_text(encoding="ascii").strip()
     except OSError:
         return "unknown"
-
-
-def _check_mavlink(mavlink: Mavlink) -> CheckResult:
-    subject = f"mavlink {mavlink.endpoint}"
-    try:
-        asyncio.run(_open(mavlink))
-    except (OSError, TimeoutError) as error:
-        return CheckResult(subject, False, f"does not open: {error or 'no answer'}", _mavlink_remedy(mavlink))
-    return CheckResult(subject, True, "opens")
-
-
-async def _open(mavlink: Mavlink) -> None:
-    async with asyncio.timeout(OPEN_TIMEOUT_S):
-        transport = await open_transport(
-            parse_endpoint(mavlink.endpoint), lambda _data: None, lambda _reason: None, Counter()
-        )
-    transport.close()
-
-
-def _mavlink_remedy(mavlink: Mavlink) -> str:
-    match parse_endpoint(mavlink.endpoint):
-        case SerialPort(device=device):
-            return f"is {device} connected, and is this user in its group (sudo usermod -aG dialout $USER)?"
-        case UdpServer(port=port):
-            return f"another program may hold port {port} (sudo ss -lunp), or the address is not this machine's"
-        case TcpClient(host=host, port=port) | UdpClient(host=host, port=port):
-            return f"is the autopilot's server at {host}:{port} running and reachable?"
 
 
 def _check_speed(speed: Speed, settings: SpeedConfig, thrusters: Sequence[Thruster]) -> CheckResult:

@@ -32,9 +32,9 @@ from gateway.config_sections import (
 )
 from gateway.consistency import inconsistencies
 from gateway.detector_settings import DetectorSettings
-from gateway.link_signing import contradictions
 from gateway.navigation_settings import navigation_settings
 from gateway.problems import ConfigError, Problem, from_validation, unknown_key
+from gateway.signing_settings import contradictions
 from gateway.speed_settings import speed_settings
 
 SectionT = TypeVar("SectionT", bound=Section)

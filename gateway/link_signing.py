@@ -25,25 +25,20 @@ ADVICE: Mapping[str, str] = {
 
 
 class LinkSigning:
-    """Signing with the configured key, its stamps kept in a file.
+    """Signing whose stamps are kept in a file.
 
     Args:
-        mavlink: with a `signing_key`.
+        signing: as it begins, see `begun`.
         state: the state file, beside which the stamps are kept.
         time_s: now, unix.
 
     Attributes:
         signing: for decoder and encoder.
-
-    Raises:
-        ConfigError: the key file cannot be used.
     """
 
-    def __init__(self, mavlink: Mavlink, state: Path, time_s: float) -> None:
-        self._memory = SigningMemory(state.with_name(state.name + STAMPS_SUFFIX))
-        self.signing = Signing(
-            _key(mavlink), time_s, mavlink.signing_link_id, mavlink.accept_unsigned, self._memory.recall(time_s)
-        )
+    def __init__(self, signing: Signing, state: Path, time_s: float) -> None:
+        self.signing = signing
+        self._memory = _memory(state)
         self._told: set[str] = set()
         self._keep(time_s)
 
@@ -73,27 +68,33 @@ class LinkSigning:
 
 
 def link_signing(mavlink: Mavlink, state: Path, time_s: float) -> LinkSigning | None:
-    """The signing of a link; None where no key is set.
+    """The signing of a run; None where no key is set.
 
     Raises:
-        ConfigError: see `LinkSigning`.
+        ConfigError: see `begun`.
     """
-    return None if mavlink.signing_key is None else LinkSigning(mavlink, state, time_s)
+    signing = begun(mavlink, state, time_s)
+    return None if signing is None else LinkSigning(signing, state, time_s)
 
 
-def contradictions(mavlink: Mavlink) -> Iterator[Problem]:
-    """Keys that mean nothing without a key to sign with."""
+def begun(mavlink: Mavlink, state: Path, time_s: float) -> Signing | None:
+    """Signing that goes on where the last run ended, without keeping anything; None where no key is set.
+
+    Raises:
+        ConfigError: the key file cannot be used.
+    """
     if mavlink.signing_key is None:
-        for key in ("accept_unsigned", "signing_link_id"):
-            if key in mavlink.model_fields_set:
-                wanted = "means nothing without mavlink.signing_key: nothing is signed, and all is accepted"
-                yield Problem(f"mavlink.{key}", getattr(mavlink, key), wanted)
+        return None
+    history = _memory(state).recall(time_s)
+    return Signing(_key(mavlink.signing_key), time_s, mavlink.signing_link_id, mavlink.accept_unsigned, history)
 
 
-def _key(mavlink: Mavlink) -> SigningKey:
-    if mavlink.signing_key is None:
-        raise ValueError("mavlink.signing_key: missing, signing needs a key")
+def _memory(state: Path) -> SigningMemory:
+    return SigningMemory(state.with_name(state.name + STAMPS_SUFFIX))
+
+
+def _key(path: Path) -> SigningKey:
     try:
-        return read_key(mavlink.signing_key)
+        return read_key(path)
     except KeyFileError as error:
-        raise ConfigError(MAVLINK, [Problem("mavlink.signing_key", mavlink.signing_key, str(error))]) from error
+        raise ConfigError(MAVLINK, [Problem("mavlink.signing_key", path, str(error))]) from error

@@ -25,6 +25,12 @@ def called(*arguments: str) -> tuple[int, str]:
     return result.exit_code, result.output
 
 
+@pytest.fixture(autouse=True)
+def _listen_briefly(monkeypatch):
+    """`gateway check` listens for seconds: here nobody speaks."""
+    monkeypatch.setattr("gateway.mavlink_check.LISTEN_S", 0.05)
+
+
 @pytest.fixture
 def written(tmp_path) -> Path:
     path = tmp_path / "gateway.toml"

@@ -15,7 +15,7 @@ from drivers.mavlink.signing import STAMP_END, UNSIGNED, SigningHistory, Signing
 from drivers.mavlink.tests.peer import Peer
 from gateway.config import parse
 from gateway.config_sections import Mavlink
-from gateway.link_signing import LinkSigning, link_signing
+from gateway.link_signing import link_signing
 from gateway.problems import ConfigError
 from gateway.signing_key import SIZE_MAX, KeyFileError, key_in, read_key
 from gateway.signing_memory import KEEP_S, HistoryError, SigningMemory, pack, unpack
@@ -180,7 +180,7 @@ def stamp_in(packet):
 @pytest.mark.parametrize("woken_s", [0.0, NOW_S - 86_400.0, NOW_S + 50.0])
 def test_a_run_goes_on_above_the_one_before(tmp_path, clean, woken_s):
     settings, state = mavlink(key_file(tmp_path), signing_link_id=3), tmp_path / "vehicle.state"
-    first = LinkSigning(settings, state, NOW_S)
+    first = link_signing(settings, state, NOW_S)
     sent = []
     for second in range(45):
         first.advance(NOW_S + second)
@@ -189,7 +189,7 @@ def test_a_run_goes_on_above_the_one_before(tmp_path, clean, woken_s):
         first.close(NOW_S + 45.0)
     else:
         first._memory._thread.shutdown()  # what was written until then is there, and nothing else
-    second = LinkSigning(settings, state, woken_s)
+    second = link_signing(settings, state, woken_s)
     packet = second.signing.sign(Peer().heartbeat(), woken_s)
     assert stamp_in(packet) > max(sent) and packet[-13] == 3
     assert second.signing.clock(woken_s) >= stamp_of(NOW_S)
@@ -198,7 +198,7 @@ def test_a_run_goes_on_above_the_one_before(tmp_path, clean, woken_s):
 
 def test_stamps_are_kept_at_the_start_twice_a_minute_and_at_the_end(tmp_path):
     state = tmp_path / "vehicle.state"
-    kept = LinkSigning(mavlink(key_file(tmp_path)), state, NOW_S)
+    kept = link_signing(mavlink(key_file(tmp_path)), state, NOW_S)
     written = []
     for second in range(121):
         kept.advance(NOW_S + second)
@@ -214,7 +214,7 @@ def test_no_key_no_signing(tmp_path):
 
 
 def test_each_kind_of_refusal_is_said_once_with_the_way_out(tmp_path):
-    kept = LinkSigning(mavlink(key_file(tmp_path)), tmp_path / "vehicle.state", NOW_S)
+    kept = link_signing(mavlink(key_file(tmp_path)), tmp_path / "vehicle.state", NOW_S)
     drops = Counter({"checksum": 5})
     assert list(kept.news(drops)) == []
     drops[UNSIGNED] += 3
@@ -260,7 +260,7 @@ def test_no_error_and_no_log_shows_the_key(tmp_path, caplog):
         said += traceback.format_exception(caught.value)
         logging.getLogger("gateway").error("refused", exc_info=caught.value)
     key_file(tmp_path, passphrase.encode())
-    kept = LinkSigning(mavlink(tmp_path / "mavlink.key"), tmp_path / "vehicle.state", NOW_S)
+    kept = link_signing(mavlink(tmp_path / "mavlink.key"), tmp_path / "vehicle.state", NOW_S)
     said += [repr(kept), repr(vars(kept)), repr(vars(kept.signing)), repr(mavlink(tmp_path / "mavlink.key"))]
     kept.close(NOW_S)
     said += [(tmp_path / "vehicle.state.stamps").read_text(), caplog.text]
