@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from detectors.navigation import NavigationConfig
 from gateway.config_sections import Navigation
 from gateway.sensor_watch import RATE_MIN_HZ
-from gateway.wiring import INERTIAL_RATE_HZ
+from gateway.streams import INERTIAL_RATE_HZ
 
 
 @dataclass(frozen=True, slots=True)
