@@ -44,5 +44,10 @@ def _wanted(action: Action, detector: str, thrusters: Sequence[Thruster], tables
         yield f'a navigation sensor {NO_SECOND_EVIDENCE}: want "{Action.MANUAL}" or "{Action.HOLD}"'
     if Need.EVIDENCE in NEEDS[action] and detector == "thruster" and "speed" not in tables:
         yield f"a thruster {NO_SECOND_EVIDENCE}: want a table [speed], which can confirm it"
-    if Need.VERTICAL_THRUST in NEEDS[action] and thrusters and not any(thruster.down for thruster in thrusters):
+    if Need.VERTICAL_THRUST in NEEDS[action] and _may_be_vertical(thrusters):
         yield "needs to know whether vertical thrust is left: want down = 1 or -1 for each vertical [[thruster]]"
+
+
+def _may_be_vertical(thrusters: Sequence[Thruster]) -> bool:
+    """Whether none is known to be vertical, and of some it is not known which way they drive."""
+    return not any(one.down for one in thrusters) and any(not (one.ahead or one.right) for one in thrusters)

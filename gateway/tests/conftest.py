@@ -42,11 +42,13 @@ endpoint = "udpin:127.0.0.1:0"
 
 [[thruster]]
 number = 1
+down = 1
 command = { link = "can0", esc_index = 0 }
 rpm = { link = "can0", esc_index = 0 }
 
 [[thruster]]
 number = 2
+down = 1
 command = { link = "mavlink", servo_channel = 3 }
 rpm = { link = "can0", esc_index = 1 }
 

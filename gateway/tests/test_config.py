@@ -44,7 +44,7 @@ def test_there_are_three_examples():
 def test_what_is_left_out_has_its_default(config):
     assert config.mavlink.component_id == 192
     assert config.mavlink.system_id is None
-    assert config.failsafe.thruster_fault == "warn"
+    assert config.failsafe.thruster_fault == ("warn",)
     assert config.supervisor.repeat_s == 30.0
 
 
@@ -104,13 +104,13 @@ def test_every_problem_is_told_in_one_go_with_its_key_the_value_and_what_would_b
         "detector.thruster.treshold_rpm",
         "detector.thruster.order_max",
         "align.gap_s",
-        "failsafe.thruster_fault",
+        "failsafe.thruster_fault.0",
     } <= set(found)
     assert "did you mean channel?" in found["can[name=can0].chanel"]
     assert "did you mean threshold_rpm?" in found["detector.thruster.treshold_rpm"]
     assert found["align.gap_s"].startswith("align.gap_s = -1: should be greater than 0")
     assert "want can0, can1, mavlink" in found["thruster[number=2].rpm.link"]
-    assert '"explode"' in found["failsafe.thruster_fault"] and "'surface'" in found["failsafe.thruster_fault"]
+    assert '"explode"' in found["failsafe.thruster_fault.0"] and "'surface'" in found["failsafe.thruster_fault.0"]
     assert "did you mean socketcan?" in found["can[name=can1].interface"]
 
 

@@ -30,7 +30,10 @@ from gateway import state
 from gateway.channel import NavigationJudgement
 from gateway.config import Config, parse
 from gateway.findings import Finding
+from gateway.moment import present
 from gateway.pipeline import Arrival, Factories, Now, Pipeline
+from gateway.severity import Severity
+from gateway.supervision.actions import Action
 from gateway.tests.conftest import NAVIGATION_WATCH, TWO_THRUSTERS, CruiseDetector, ThresholdDetector
 from gateway.wiring import mavlink_decoder
 
@@ -86,7 +89,9 @@ def faults(outcomes: list) -> list[Finding]:
 
 
 def texts(outcomes: list) -> list[str]:
-    return [outcome.text for outcome in outcomes if isinstance(outcome, StatusText)]
+    """What the pilot reads, but for what is no news of a fault."""
+    said = [outcome for outcome in outcomes if isinstance(outcome, StatusText)]
+    return [outcome.text for outcome in said if outcome.severity < Severity.INFO]
 
 
 def without_thrusters(outcomes: list) -> list[str]:
@@ -239,10 +244,10 @@ def test_the_link_may_jitter_and_the_order_holds(navigation_config):
 
 
 def test_failsafe_of_its_own(navigation_config):
-    failsafe = navigation_config.failsafe.model_copy(update={"navigation_fault": "manual"})
+    failsafe = navigation_config.failsafe.model_copy(update={"navigation_fault": (Action.HOLD,), "delay_s": 0.0})
     outcomes = play(watching(replace(navigation_config, failsafe=failsafe)), dive(10.0, fault_s=8.0))
     asked = {(one.command, one.parameters[1]) for one in outcomes if isinstance(one, CommandLong)}
-    assert asked == {(176, 19.0)}
+    assert asked == {(176, 2.0)}
 
 
 def test_disarming_clears_and_arming_tells_again(navigation_config):
@@ -340,8 +345,8 @@ def test_the_installation_survives_a_restart_of_the_program(navigation_config, t
     play(old, dive(8.0))
     learnt = old.learnt()
     learnt["navigation"].detector.values[0] = -1.85
-    state.save(tmp_path / "state", learnt)
-    assert new.recall(state.load(tmp_path / "state")) == []
+    state.save(tmp_path / "state", state.State(present(), learnt))
+    assert new.recall(state.load(tmp_path / "state").learnt) == []
     play(new, dive(8.0, begin_s=1000.0))
     recalled = new.learnt()["navigation"].detector
     assert recalled.values[0] == -1.85

@@ -25,6 +25,8 @@ from gateway.channel import ThrusterJudgement
 from gateway.config import Config
 from gateway.findings import Finding
 from gateway.pipeline import Arrival, Factories, Now, Pipeline
+from gateway.severity import Severity
+from gateway.supervision.actions import Action
 from gateway.tests.conftest import FULL_RPM, ThresholdDetector
 from gateway.wiring import can_decoder, mavlink_decoder
 
@@ -70,7 +72,9 @@ def faults(outcomes: list) -> list[Finding]:
 
 
 def texts(outcomes: list) -> list[str]:
-    return [outcome.text for outcome in outcomes if isinstance(outcome, StatusText)]
+    """What the pilot reads, but for what is no news of a fault."""
+    said = [outcome for outcome in outcomes if isinstance(outcome, StatusText)]
+    return [outcome.text for outcome in said if outcome.severity < Severity.INFO]
 
 
 def test_healthy_thrusters_are_judged_and_nobody_is_bothered(config):
@@ -95,14 +99,16 @@ def test_fault_is_told_within_three_samples_of_showing(config):
 
 
 def test_failsafe_is_asked_and_its_answer_recorded(config):
-    sections = config.failsafe.model_copy(update={"thruster_fault": "surface"})
+    sections = config.failsafe.model_copy(update={"thruster_fault": (Action.HOLD,), "delay_s": 0.0})
     watched = pipeline(replace(config, failsafe=sections))
     outcomes = play(watched, drive(5.5, fault_s=5.0))
     answer = CommandAcknowledgement(START_S + 5.5, 1, 1, 176, 0, 255)
     outcomes += watched.feed("mavlink", [answer])
-    assert "T2 failsafe surface: accepted" in texts(outcomes)
+    assert "Hold done for T2" not in texts(outcomes)  # said is not done
+    outcomes += watched.feed("mavlink", [AutopilotHeartbeat(START_S + 5.6, 1, 1, 3, 12, True, 2, 4)])
+    assert "Hold done for T2" in texts(outcomes)
     (command,) = [outcome for outcome in outcomes if type(outcome).__name__ == "CommandLong"]
-    assert (command.command, command.parameters[1], command.target_system) == (176, 9.0, 1)
+    assert (command.command, command.parameters[1], command.target_system) == (176, 2.0, 1)
 
 
 @settings(max_examples=10)

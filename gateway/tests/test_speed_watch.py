@@ -34,6 +34,8 @@ from gateway.channel import SpeedJudgement
 from gateway.config import Config, parse
 from gateway.findings import Finding
 from gateway.pipeline import Arrival, Factories, Now, Pipeline
+from gateway.severity import Severity
+from gateway.supervision.actions import Action
 from gateway.tests.conftest import FULL_RPM, SPEED_WATCH, TWO_THRUSTERS, GroundSpeedDetector, ThresholdDetector
 from gateway.wiring import mavlink_decoder
 
@@ -89,7 +91,9 @@ def faults(outcomes: list) -> list[Finding]:
 
 
 def texts(outcomes: list) -> list[str]:
-    return [outcome.text for outcome in outcomes if isinstance(outcome, StatusText)]
+    """What the pilot reads, but for what is no news of a fault."""
+    said = [outcome for outcome in outcomes if isinstance(outcome, StatusText)]
+    return [outcome.text for outcome in said if outcome.severity < Severity.INFO]
 
 
 def as_events(arrivals: list[tuple[str, list]]) -> list:
@@ -166,11 +170,11 @@ def test_words_of_a_fault_from_onset_to_end(speed_config):
 
 
 def test_failsafe_of_its_own(speed_config):
-    failsafe = speed_config.failsafe.model_copy(update={"speed_fault": "hold"})
+    failsafe = speed_config.failsafe.model_copy(update={"speed_fault": (Action.HOLD,), "delay_s": 0.0})
     outcomes = play(watching(replace(speed_config, failsafe=failsafe)), sail(12.0, fault_s=8.0))
     asked = {(one.command, one.parameters[1]) for one in outcomes if isinstance(one, CommandLong)}
     assert asked == {(176, 2.0)}
-    only_findings = speed_config.failsafe.model_copy(update={"speed_fault": "none"})
+    only_findings = speed_config.failsafe.model_copy(update={"speed_fault": (Action.NONE,)})
     outcomes = play(watching(replace(speed_config, failsafe=only_findings)), sail(12.0, fault_s=8.0))
     assert len(faults(outcomes)) == 1 and texts(outcomes) == []
 

@@ -56,7 +56,7 @@ number = {number}
 command = {{ link = "can0", esc_index = {esc_index} }}
 rpm = {{ link = "can0", esc_index = {esc_index} }}
 """
-DIRECTION = "ahead = {ahead:.3f}\nright = {right:.3f}\n"
+DIRECTIONS = ("ahead", "right", "down")
 
 
 def write_config(folder: Path, channel: str, port: int) -> config.Config:
@@ -83,6 +83,7 @@ def write_config(folder: Path, channel: str, port: int) -> config.Config:
 
 
 def _thruster(index: int) -> str:
-    ahead, right, *_ = (share * HALF_SQRT2 for share in MIXER[index])
-    direction = DIRECTION.format(ahead=ahead, right=right) if ahead or right else ""
+    ahead, right, down, _yaw = MIXER[index]
+    shares = zip(DIRECTIONS, (ahead * HALF_SQRT2, right * HALF_SQRT2, down), strict=True)
+    direction = "".join(f"{name} = {share:.3f}\n" for name, share in shares if share)
     return THRUSTER.format(number=index + 1, esc_index=index) + direction
