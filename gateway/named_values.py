@@ -17,12 +17,15 @@ None of the names is one that ArduSub gives to values of its own (CamTilt, Tethe
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from math import inf
 
 from detectors.navigation import Sensor
 from drivers.mavlink.messages import FLOAT32_MAX, NamedValue
 from gateway.channel import Judgement, NavigationJudgement, SpeedJudgement, ThrusterJudgement
 
 FRESH_S = 5.0
+# ticks stand on a grid of decimal fractions: less than half a tick early is on time
+TICK_TOLERANCE_S = 0.01
 
 SENSORS: Mapping[Sensor, str] = {
     Sensor.DVL: "DVLF",
@@ -32,7 +35,33 @@ SENSORS: Mapping[Sensor, str] = {
 }
 
 
-def named_values(newest: Mapping[str, Judgement | None], time_s: float, began_s: float = 0.0) -> Iterator[NamedValue]:
+class Plots:
+    """The values at even intervals, of what was judged until then.
+
+    Args:
+        period_s: from one time to the next; 0 = never.
+    """
+
+    def __init__(self, period_s: float) -> None:
+        self._period_s = period_s
+        self._newest: dict[str, Judgement] = {}
+        self._began_s: float | None = None
+        self._next_s = -inf
+
+    def take(self, subject: str, judgement: Judgement) -> None:
+        """Takes the newest judgement of a subject."""
+        self._newest[subject] = judgement
+
+    def advance(self, time_s: float) -> Iterator[NamedValue]:
+        """Takes a tick; gives the values where they are due."""
+        if not self._period_s or time_s < self._next_s - TICK_TOLERANCE_S:
+            return
+        self._next_s = time_s + self._period_s
+        self._began_s = time_s if self._began_s is None else self._began_s
+        yield from named_values(self._newest, time_s, self._began_s)
+
+
+def named_values(newest: Mapping[str, Judgement], time_s: float, began_s: float = 0.0) -> Iterator[NamedValue]:
     """The values of a moment, at most twice as many as there are thrusters, and nine.
 
     Args:
@@ -41,7 +70,7 @@ def named_values(newest: Mapping[str, Judgement | None], time_s: float, began_s:
         began_s: when the gateway began; the values' own time counts from then.
     """
     for judgement in newest.values():
-        if judgement is None or time_s - judgement.verdict.time_s > FRESH_S:
+        if time_s - judgement.verdict.time_s > FRESH_S:
             continue
         for name, value in _values(judgement):
             if abs(value) <= FLOAT32_MAX:  # False for NaN

@@ -39,6 +39,7 @@ from drivers.readings import (
 from gateway.channel import Aligned, Channel, Judgement, Learnt, Source
 from gateway.config import Config
 from gateway.load_observations import bus_load_observation, lateness_observation
+from gateway.named_values import Plots
 from gateway.navigation_channel import NavigationChannel
 from gateway.operator import OperatorDesk
 from gateway.rules import (
@@ -116,6 +117,7 @@ class Pipeline:
         self._silence = silence_watch(config, signals)
         self._supervisor = supervisor(config)
         self._desk = OperatorDesk(self._channels, self._supervisor)
+        self._plots = Plots(0.0 if config.mavlink is None else config.mavlink.named_values_period_s)
         self._load_max = {bus.name: bus.load_max for bus in config.can}
 
     @property
@@ -230,6 +232,7 @@ class Pipeline:
             for heard in self._silence.judge(tick_s, self._supervisor.disarmed()):
                 yield from self._supervisor.observe(heard)
             yield from self._supervisor.advance(tick_s)
+            yield from self._plots.advance(tick_s)
 
     def _hear(self, link: str, reading: Reading, taken: _Taken) -> Iterator[Outcome]:
         if isinstance(reading, LinkState):
@@ -241,6 +244,7 @@ class Pipeline:
                 self._silence.hear_signal(signal, reading.time_s)
             for judgement in channel.judgements(samples):
                 yield judgement
+                self._plots.take(channel.subject, judgement)
                 for observed in observations(judgement):
                     yield from self._supervisor.observe(observed)
         match reading:
