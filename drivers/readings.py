@@ -104,12 +104,14 @@ class AutopilotClock:
 
     Attributes:
         time_s: reception of the answer.
+        boot_s: the autopilot's clock when it answered.
         system_id: the autopilot's.
         offset_s: to be added to its time since boot.
         round_trip_s: of the quickest exchange of late, which `offset_s` is from; it is wrong by half of that at most.
     """
 
     time_s: float
+    boot_s: float
     system_id: int
     offset_s: float
     round_trip_s: float

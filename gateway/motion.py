@@ -1,7 +1,9 @@
 """Puts what inertial unit, DVL, depth sensor, attitude and fixes say into one row of samples, ordered by time.
 
 - **Time.** What carries its sender's stamp is placed by that (`gateway.clock_offset`), all else by its reception. The
-  autopilot's messages share one clock; each sender of DVL messages has its own.
+  autopilot's messages share one clock, its answers to TIMESYNC too; each sender of DVL messages has its own. (By half
+  of TIMESYNC's round trip all could be put earlier still. It is not: a DVL without stamps, which comes over the same
+  link, must not fall behind the inertial unit.)
 - **Order.** A sample is held until the inertial unit's clock is `HOLD_S` past it, so that those which came over
   slower ways fall into their places. What is later still is refused and counted. At one time, the inertial sample is
   first.
@@ -28,7 +30,15 @@ from detectors.navigation import (
     ImuSample,
     NavigationSample,
 )
-from drivers.readings import Attitude, BodyVelocity, GlobalPosition, Inertial, PositionFix, WaterPressure
+from drivers.readings import (
+    Attitude,
+    AutopilotClock,
+    BodyVelocity,
+    GlobalPosition,
+    Inertial,
+    PositionFix,
+    WaterPressure,
+)
 from gateway.clock_offset import ClockOffset
 from gateway.config_sections import Navigation
 from gateway.source_choice import SourceChoice
@@ -133,6 +143,10 @@ class MotionAligner:
         if abs(time_s - self._attitude_s) >= ATTITUDE_PERIOD_S:
             self._attitude_s = time_s
             self._wait(AttitudeSample(time_s, (reading.roll_rad, reading.pitch_rad, reading.yaw_rad)), time_s)
+
+    def clock(self, reading: AutopilotClock) -> None:
+        """Takes what the autopilot's clock showed when it was asked: a stamp more to know the least delay from."""
+        self._stamped_s(AUTOPILOT, reading.boot_s, reading.time_s)
 
     def restart(self) -> None:
         """The autopilot restarted: its clock began anew."""

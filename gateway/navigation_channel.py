@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from detectors.navigation import NavigationConfig, NavigationSample
 from drivers.readings import (
     Attitude,
+    AutopilotClock,
     AutopilotReboot,
     BodyVelocity,
     GlobalPosition,
@@ -29,7 +30,16 @@ from gateway.silence import Watched
 
 SUBJECT = "navigation"
 IMU, DVL, DEPTH = "imu signal", "dvl signal", "depth signal"
-READING_KINDS = (Inertial, BodyVelocity, WaterPressure, GlobalPosition, PositionFix, Attitude, AutopilotReboot)
+READING_KINDS = (
+    Inertial,
+    BodyVelocity,
+    WaterPressure,
+    GlobalPosition,
+    PositionFix,
+    Attitude,
+    AutopilotClock,
+    AutopilotReboot,
+)
 
 # A DVL loses the bottom now and then, and that is no news.
 DVL_SILENT_S, DEPTH_SILENT_S = 5.0, 3.0
@@ -101,6 +111,8 @@ class NavigationChannel(Channel[NavigationSample]):
                 aligner.fix(reading)
             case Attitude():
                 aligner.attitude(reading)
+            case AutopilotClock():
+                aligner.clock(reading)
             case AutopilotReboot():
                 aligner.restart()
         return (), None

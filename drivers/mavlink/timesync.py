@@ -105,7 +105,7 @@ class Timesync:
         self._system = system
         self._exchanges.append(newest)
         best = min(self._exchanges, key=lambda exchange: exchange.error_s(time_s))
-        return AutopilotClock(time_s, system, best.offset_s, best.round_trip_s)
+        return AutopilotClock(time_s, boot_s, system, best.offset_s, best.round_trip_s)
 
     def _contradicts(self, newest: _Exchange) -> bool:
         return any(

@@ -9,7 +9,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from detectors.navigation import AttitudeSample, DepthSample, DvlSample, FixSample, ImuSample
-from drivers.readings import Attitude, BodyVelocity, GlobalPosition, Inertial, PositionFix, WaterPressure
+from drivers.readings import (
+    Attitude,
+    AutopilotClock,
+    BodyVelocity,
+    GlobalPosition,
+    Inertial,
+    PositionFix,
+    WaterPressure,
+)
 from gateway.config_sections import Navigation
 from gateway.motion import HOLD_S, MotionAligner
 from gateway.source_choice import CHOICE_S, SILENT_S, SourceChoice
@@ -115,6 +123,18 @@ def test_jitter_of_the_link_does_not_reach_the_inertial_samples():
     steps = np.diff(times)
     assert np.std(np.diff(received)) > 0.01
     assert np.abs(steps - 0.02).max() < 0.001
+
+
+def test_an_answer_to_timesync_is_a_stamp_of_the_autopilots_clock():
+    ours, late_s = aligner(), 0.3
+    for n in range(50):
+        ours.inertial(imu(n / 50 + late_s, boot_s=n / 50))
+    ours.clock(AutopilotClock(START_S + 1.001, 1.0, 1, START_S, 0.002))
+    samples = [one for n in range(51, 120) for one in ours.inertial(imu(n / 50 + late_s, boot_s=n / 50))]
+    wrong = [one.time_s - START_S - 0.001 for one in samples[-10:]]
+    assert np.allclose(50.0 * np.array(wrong), np.round(50.0 * np.array(wrong)), atol=1e-3)
+    assert samples[-1].time_s == pytest.approx(START_S + (119 - HOLD_S * 50) / 50 + 0.001, abs=0.021)
+    assert ours.drops["IMU time ran backwards"] <= 50 * late_s  # what was placed too late is not undone
 
 
 def test_a_sample_is_given_out_as_soon_as_the_inertial_clock_is_past_it():
