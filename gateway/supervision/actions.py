@@ -93,7 +93,7 @@ def possible(ladder: Sequence[Action], missing: Collection[Need]) -> tuple[tuple
     """The actions of a ladder that are of use while something is missing, and why the others are not ("" = none)."""
     useful = tuple(action for action in ladder if sends(action) and not NEEDS[action] & set(missing))
     why = (
-        f"{action}: {next(need for need in Need if need in NEEDS[action] & set(missing))}"
+        f"{action.capitalize()} not asked: {next(need for need in Need if need in NEEDS[action] & set(missing))}"
         for action in ladder
         if NEEDS[action] & set(missing)
     )

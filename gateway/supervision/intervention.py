@@ -77,6 +77,8 @@ class Intervention:
             all_well: no fault lasts, not even one for which nothing is to be done.
         """
         self._plan = plan
+        if plan is not None and self._label:
+            self._label = plan.label  # what it is for may be another by now
         outcomes: list[Outcome] = list(self._send_again(time_s))
         for _ in range(STEPS_MAX):
             happening = self._happening(time_s, all_well)
