@@ -62,7 +62,6 @@ class Companion:
         self._link = MavlinkLink(MAVLINK, config.mavlink.endpoint, clock)
         self._signing = link_signing(config.mavlink, config.files.state, clock.now())
         self._gate = None if self._signing is None else self._signing.signing
-        self._clock = clock
         self._decoder = mavlink_decoder(
             config.mavlink,
             config.thruster,

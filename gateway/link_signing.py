@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -48,7 +49,8 @@ class LinkSigning:
             self._keep(time_s)
 
     def close(self, time_s: float) -> None:
-        """Keeps the stamps for the last time: nothing is signed after it."""
+        """Keeps the stamps for the last time: nothing is sent after it."""
+        self._kept_s = math.inf
         self._memory.close(self.signing.history(time_s, reserve=False))
 
     def news(self, drops: Counter[str]) -> Iterator[str]:

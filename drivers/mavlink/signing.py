@@ -225,7 +225,7 @@ class Signing:
     def _admit(self, stream: Stream, stamp: int, time_s: float) -> str:
         """Whether a rightly signed packet comes in its time; if so, stream and clock follow it."""
         clock, newest = self.clock(time_s), self._streams.get(stream)
-        if stamp > latest_stamp(time_s):
+        if stamp > clock and stamp > latest_stamp(time_s):
             return FUTURE
         if newest is not None and stamp <= newest:
             return REPLAYED
