@@ -98,6 +98,8 @@ def run(config: Path, verbose: bool) -> None:
     start_logging(verbose)
     try:
         asyncio.run(_run(loaded(config)))
+    except ConfigError as error:  # what only shows when it starts: the signing key
+        raise click.ClickException(str(error)) from error
     except OSError as error:
         raise click.ClickException(f"{error}; look at [files] in {config}") from error
 
