@@ -17,7 +17,7 @@ from drivers.can.bus import CanLink
 from drivers.can.decoder import CanDecoder
 from drivers.can.frame import CanFrame
 from drivers.clock import Clock
-from drivers.mavlink.messages import CommandLong, CompanionHeartbeat, StatusText
+from drivers.mavlink.messages import OutgoingMessage
 from drivers.readings import LinkState, Reading
 from gateway.companion import Companion
 from gateway.config import Config
@@ -179,7 +179,7 @@ class _Session:
             if isinstance(outcome, Finding):
                 self._counts[outcome.level.name] += 1
                 log.log(LOG_LEVELS.get(outcome.severity, logging.INFO), "%s", _line(outcome))
-            elif isinstance(outcome, StatusText | CommandLong | CompanionHeartbeat) and self._companion is not None:
+            elif isinstance(outcome, OutgoingMessage) and self._companion is not None:
                 self._companion.send(outcome)
             if self._observer is not None:
                 self._observer(outcome)
@@ -220,9 +220,11 @@ class _Session:
     def _summary(self) -> Summary:
         drops = {source.link.name: source.drops() for source in self._buses}
         frames = Counter({source.link.name: source.link.counters["frames"] for source in self._buses})
+        remarks = self._pipeline.remarks()
         if self._companion is not None:
             drops["mavlink"] = self._companion.drops()
             frames["mavlink"] = self._companion.received
+            remarks |= self._companion.remarks()
         drops["pipeline"] = self._pipeline.drops() + self._lost + self._judging.lost
         return Summary(
             duration_s=self._clock.now() - self._start_s,
@@ -231,7 +233,7 @@ class _Session:
             drops=drops,
             findings=self._counts,
             levels=self._pipeline.levels(),
-            remarks=self._pipeline.remarks(),
+            remarks=remarks,
             unjudged=[subject for subject, newest in self._pipeline.newest.items() if newest is None],
         )
 
