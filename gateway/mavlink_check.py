@@ -18,7 +18,7 @@ from gateway.mavlink_survey import MavlinkSurvey, Sender
 from gateway.problems import ConfigError
 from gateway.signing_settings import accepted
 
-OPEN_TIMEOUT_S = 5.0
+OPEN_TIMEOUT_S = 3.0
 # Everything that speaks MAVLink beats once a second; a heartbeat may be lost.
 LISTEN_S = 3.0
 OTHERS_SHOWN = 4

@@ -29,6 +29,7 @@ from drivers.mavlink.signing import (
     EPOCH_S,
     FUTURE,
     MINUTE,
+    REFUSALS,
     REPLAYED,
     STAMP_END,
     STREAMS_MAX,
@@ -371,6 +372,22 @@ def test_nothing_shows_the_key(caplog):
         said += traceback.format_exception(caught.value)
     for notation in (secret.decode(), secret.hex(), repr(secret), str(list(secret))):
         assert not any(notation in text for text in said)
+
+
+@given(
+    cuts=st.lists(st.integers(1, 60), max_size=40),
+    garbage=st.lists(st.one_of(st.just(b""), st.binary(max_size=20)), min_size=12, max_size=12),
+)
+def test_no_packet_is_asked_about_twice_however_the_stream_is_cut(cuts, garbage):
+    """Looked at again with the bytes that come next, a good packet would pass for one that is played again."""
+    peer, listener = signed_peer(), Listener()
+    stream = b"".join(noise + peer.attitude() for noise in garbage)
+    position = 0
+    for cut in [*cuts, len(stream)]:
+        listener.hear(stream[position : position + cut])
+        position += cut
+    listener.hear(bytes(300), NOW_S + 1.0)
+    assert not listener.drops.keys() & set(REFUSALS)
 
 
 def test_epoch():
