@@ -133,7 +133,12 @@ def _whole(value: object, end: int) -> bool:
 
 def stamp_of(time_s: float) -> int:
     """Stamp of a unix time by the machine's clock; what no clock can rightly say is the nearest that it can."""
-    return max(0, min(int((time_s - EPOCH_S) * TICKS_PER_S), MACHINE_STAMP_MAX))
+    return max(0, _ticks(time_s))
+
+
+def _ticks(time_s: float) -> int:
+    """The same, below zero before 2015: a machine that believes it is 1970 goes on evenly, too."""
+    return min(int((time_s - EPOCH_S) * TICKS_PER_S), MACHINE_STAMP_MAX)
 
 
 def latest_stamp(time_s: float) -> int:
@@ -171,13 +176,13 @@ class Signing:
         self._key = key
         self._link_id = bytes((link_id,))
         self._accept_unsigned = accept_unsigned
-        self._ahead = max(0, history.clock - stamp_of(time_s))  # of the machine's clock
+        self._ahead = max(0, history.clock - _ticks(time_s))  # of the machine's clock
         self._sent = history.reserved
         self._streams = dict(history.streams)
 
     def clock(self, time_s: float) -> int:
         """Our clock of stamps at the unix time `time_s`."""
-        return stamp_of(time_s) + self._ahead
+        return max(0, _ticks(time_s) + self._ahead)
 
     def history(self, time_s: float, reserve: bool = True) -> SigningHistory:
         """What the next run must know.
