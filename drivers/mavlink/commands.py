@@ -16,10 +16,11 @@ A repetition, by a sender that missed the answer, is no other route: it is obeye
 
 from __future__ import annotations
 
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Collection
 from typing import Any
 
+from drivers.mavlink.copies import RouteCopies
 from drivers.mavlink.formats import COMMAND_INT, COMMAND_LONG
 from drivers.mavlink.frames import Packet
 from drivers.mavlink.messages import CommandAck
@@ -30,8 +31,6 @@ RESULT_DENIED, RESULT_UNSUPPORTED = 2, 3  # MAV_RESULT
 COMMANDS = {message.message_id: message for message in (COMMAND_LONG, COMMAND_INT)}
 
 RATE_MAX = 10
-KEPT = 32  # packets, to know copies by
-ROUTES_S = 1.0  # by which one route is slower than another
 CODE_MAX = 255
 DURATION_MAX_S = 86_400.0
 
@@ -53,7 +52,7 @@ class OperatorCommands:
         self._require_signed = require_signed
         self._own_component = own_component
         self._drops = drops
-        self._lately: deque[tuple[float, Packet]] = deque(maxlen=KEPT)
+        self._copies = RouteCopies()
         # apart from each other: strangers who send many must not keep the operator's from being heard
         self._requests, self._refusals = RateLimit(RATE_MAX), RateLimit(RATE_MAX)
 
@@ -79,12 +78,10 @@ class OperatorCommands:
         if packet.system_id == 0:
             self._drops["command from nobody"] += 1
             return False
-        known = any(packet == before and 0.0 <= time_s - at_s < ROUTES_S for at_s, before in self._lately)
-        if known:
+        if self._copies.repeats(packet, time_s):
             self._drops["command by another route"] += 1
-        else:
-            self._lately.append((time_s, packet))
-        return not known
+            return False
+        return True
 
     def _refusal(self, packet: Packet, command: int, code: float, duration_s: float) -> tuple[int, str] | None:
         if command not in set(OperatorAct):

@@ -10,6 +10,7 @@ from typing import Any
 from drivers.mavlink import formats
 from drivers.mavlink.autopilot import AUTOPILOT_COMPONENT, AUTOPILOT_INVALID, AutopilotChoice
 from drivers.mavlink.commands import COMMANDS, OperatorCommands
+from drivers.mavlink.copies import RouteCopies
 from drivers.mavlink.encoder import COMPANION_COMPONENT, check_component
 from drivers.mavlink.fixes import PositionFixes
 from drivers.mavlink.formats import ESC_TELEMETRY, MessageFormat
@@ -84,6 +85,7 @@ class MavlinkDecoder:
         self._fixes = PositionFixes(self.drops)
         self._velocities = BodyVelocities(self.drops)
         self._commands = OperatorCommands(operators, gate is not None, own_component, self.drops)
+        self._copies = RouteCopies()
         self._answers: list[CommandAck | TimeSync] = []
         self.own = OwnFrames(self.drops)
         self.timesync = Timesync(own_component, self.drops)
@@ -151,6 +153,9 @@ class MavlinkDecoder:
             return self._heartbeat(packet, time_s)
         if packet.system_id != self._autopilot.system_id:
             self.drops["not our autopilot"] += 1
+            return []
+        if packet.message_id == formats.COMMAND_ACK.message_id and self._copies.repeats(packet, time_s):
+            self.drops["repeated"] += 1  # it would answer the next command of the same kind
             return []
         message, handle = self._handlers[packet.message_id]
         readings = handle(message.unpack(packet.payload), time_s)

@@ -36,6 +36,15 @@ def decoder(*thrusters, system=1):
     return MavlinkDecoder(thrusters, autopilot_system=system)
 
 
+def test_an_answer_by_two_routes_is_one_answer():
+    decode, autopilot = decoder(), Peer()
+    answer = autopilot.acknowledgement(511, 0)
+    assert len(decode.decode(answer + answer, 0.0)) == 1
+    assert decode.decode(answer, 0.4) == []
+    assert len(decode.decode(autopilot.acknowledgement(511, 0), 0.5)) == 1  # to the next one
+    assert decode.drops == {"repeated": 2}
+
+
 # What comes in ------------------------------------------------------------------------------------
 
 
