@@ -219,7 +219,7 @@ class Supervisor:
         if transition.level is before and transition.say is Say.NOTHING:
             return []
         subject.move(transition.level)
-        wording = Wording(subject, self._subjects.values(), self._settings.geometry)
+        wording = Wording(subject, self._subjects.values(), self._settings.geometry, time_s)
         severity, text = wording.of(transition, event, observation)
         outgoing: list[Outgoing] = []
         if transition.level is not before:

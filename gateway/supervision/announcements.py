@@ -1,7 +1,9 @@
 """Texts to the pilot under one rate limit: the gravest first, and of each subject only its newest state.
 
-A bucket of tokens (`burst`, refilled evenly); the last ones are kept for what is CRITICAL. What has to wait is not
-lost: it goes out later, unless its subject has something newer to say by then. The findings have all of it.
+A bucket of tokens (`burst`, refilled evenly); the last ones are kept for what is an ERROR or worse: the onset of a
+fault, and what will be, was or could not be asked of the autopilot, which the pilot must know in time. What has to
+wait is not lost: it goes out later, unless its subject has something newer to say by then. The findings have all of
+it.
 """
 
 from __future__ import annotations
@@ -11,7 +13,7 @@ from dataclasses import dataclass
 from drivers.mavlink.messages import StatusText
 from gateway.severity import Severity
 
-KEPT_FOR_CRITICAL = 2.0
+KEPT_FOR_ERRORS = 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +25,7 @@ class RateLimit:
         burst: at once, after a quiet time.
 
     Raises:
-        ValueError: a rate not above 0, or a burst that leaves nothing beside what is kept for CRITICAL.
+        ValueError: a rate not above 0, or a burst that leaves nothing beside what is kept for errors.
     """
 
     per_minute: float = 30.0
@@ -32,8 +34,8 @@ class RateLimit:
     def __post_init__(self) -> None:
         if not self.per_minute > 0.0:
             raise ValueError(f"per_minute = {self.per_minute!r}: want more than 0")
-        if not self.burst > KEPT_FOR_CRITICAL:
-            raise ValueError(f"burst = {self.burst!r}: want more than {KEPT_FOR_CRITICAL:.0f}")
+        if not self.burst > KEPT_FOR_ERRORS:
+            raise ValueError(f"burst = {self.burst!r}: want more than {KEPT_FOR_ERRORS:.0f}")
 
 
 class Announcements:
@@ -62,7 +64,7 @@ class Announcements:
         self._refill(time_s)
         out: list[StatusText] = []
         for subject, text in sorted(self._waiting.items(), key=lambda item: item[1].severity):  # stable: oldest first
-            if self._tokens < 1.0 + (0.0 if text.severity <= Severity.CRITICAL else KEPT_FOR_CRITICAL):
+            if self._tokens < 1.0 + (0.0 if text.severity <= Severity.ERROR else KEPT_FOR_ERRORS):
                 break
             self._tokens -= 1.0
             out.append(self._waiting.pop(subject))

@@ -18,8 +18,8 @@ from gateway.supervision.actions import Action
 # MAV_AUTOPILOT, MAV_TYPE, MAV_STATE
 MAV_AUTOPILOT_ARDUPILOT, MAV_AUTOPILOT_PX4 = 3, 12
 MAV_TYPE_SUBMARINE = 12
-# critical, emergency, flight termination
-OWN_FAILSAFE = frozenset({5, 6, 8})
+MAV_STATE_CRITICAL, MAV_STATE_EMERGENCY, MAV_STATE_FLIGHT_TERMINATION = 5, 6, 8
+OWN_FAILSAFE = frozenset({MAV_STATE_CRITICAL, MAV_STATE_EMERGENCY, MAV_STATE_FLIGHT_TERMINATION})
 
 # a component is lost after four to five of its heartbeats (MAVLink heartbeat service)
 LOST_AFTER_S = 5.0
@@ -60,6 +60,7 @@ class Request:
         modes: `custom_mode` shows one of these; none: the vehicle is no longer armed.
         after: modes into which the autopilot goes on by itself.
         as_good: modes that do the same and hold the position as well.
+        statuses: `system_status` shows one of these, though the vehicle may still be armed.
     """
 
     command: int
@@ -67,6 +68,7 @@ class Request:
     modes: frozenset[int] = frozenset()
     after: frozenset[int] = frozenset()
     as_good: frozenset[int] = frozenset()
+    statuses: frozenset[int] = frozenset()
 
     def message(self, autopilot: AutopilotHeartbeat) -> CommandLong:
         """The command, as it is sent first."""
@@ -98,7 +100,9 @@ REQUESTS: Mapping[tuple[AutopilotKind, Action], Request] = {
     (AutopilotKind.PX4, Action.MANUAL): _mode(1, PX4_MANUAL),
     (AutopilotKind.PX4, Action.HOLD): _mode(2, PX4_ALTCTL, as_good=PX4_POSCTL),
     (AutopilotKind.PX4, Action.DISARM): Request(MAV_CMD_ARM_DISARM, (0.0, FORCE_DISARM)),
-    (AutopilotKind.PX4, Action.TERMINATE): Request(MAV_CMD_DO_FLIGHTTERMINATION, (1.0,)),
+    (AutopilotKind.PX4, Action.TERMINATE): Request(
+        MAV_CMD_DO_FLIGHTTERMINATION, (1.0,), statuses=frozenset({MAV_STATE_FLIGHT_TERMINATION})
+    ),
 }
 
 

@@ -53,18 +53,26 @@ def plan(subjects: Sequence[Subject], geometry: Geometry) -> Plan | None:
     faulty = [subject for subject in subjects if subject.level is Level.FAULT]
     missing = set(_missing(faulty, geometry))
     detectors = [subject.seen.detector for subject in faulty]
+    confirmed = _confirmed(faulty, geometry)
     candidates: list[Plan] = []
     for subject in faulty:
         if subject.settled:
             continue
         detector, policy = subject.seen.detector, subject.policy
         ladder = policy.several if policy.several and detectors.count(detector) > 1 else policy.ladder
-        alone = set() if CONFIRMED_BY.get(detector) in detectors else {Need.EVIDENCE}
+        alone = set() if subject in confirmed else {Need.EVIDENCE}
         actions, left_out = possible(ladder, missing | alone)
         if any(sends(action) for action in ladder):
             label = together([one.seen.label for one in faulty if one.seen.detector == detector])
             candidates.append(Plan(label, actions, left_out, Need.POSITION not in missing))
     return max(candidates, key=lambda one: RANK[one.actions[0]] if one.actions else 0, default=None)
+
+
+def _confirmed(faulty: Iterable[Subject], geometry: Geometry) -> list[Subject]:
+    """The faults of which there is a second kind of evidence: a slow vehicle, and thrusters that make it slow."""
+    related = [one for one in faulty if one.seen.detector != "thruster" or geometry.drives(one.seen.subject)]
+    detectors = {one.seen.detector for one in related}
+    return [one for one in related if CONFIRMED_BY.get(one.seen.detector) in detectors]
 
 
 def _missing(faulty: Iterable[Subject], geometry: Geometry) -> Iterator[Need]:
@@ -91,7 +99,8 @@ def one_cause(causes: Sequence[Observation], speed: Observation) -> str:
     label = together([cause.label for cause in causes])
     # two kinds of evidence agree: no longer a question
     trouble = causes[0].trouble.rstrip("?") if len({cause.trouble for cause in causes}) == 1 else "faulty"
-    return texts.fitted(f"{label} {trouble}: speed {speed.trouble.rstrip('?')}")
+    measured, *wanted = speed.trouble.rstrip("?").split(", ", 1)
+    return texts.fitted(f"{label} {trouble}: speed {measured}", [f", {one}" for one in wanted], "")
 
 
 def together(labels: Sequence[str]) -> str:

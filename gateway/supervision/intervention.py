@@ -66,6 +66,7 @@ class Intervention:
         self._accepted_s = math.inf
         self._mode_before: frozenset[int] = frozenset()
         self._our_modes: set[int] = set()
+        self._acted = False  # something that was asked may stand, or still come about
         self._foreign = 0
 
     def update(self, time_s: float, plan: Plan | None, all_well: bool) -> list[Outcome]:
@@ -79,14 +80,10 @@ class Intervention:
         self._plan = plan
         if plan is not None and self._label:
             self._label = plan.label  # what it is for may be another by now
-        outcomes: list[Outcome] = list(self._send_again(time_s))
-        for _ in range(STEPS_MAX):
-            happening = self._happening(time_s, all_well)
-            if happening is None:
-                break
-            step = TABLE[self.state, happening]
-            outcomes += self._do(step.effect, happening, time_s)
-            self.state = step.state
+        outcomes = self._step(time_s, all_well)
+        if self.state is State.ASKED and self._exchange is not None:  # still so, after all that is known by now
+            again = self._exchange.advance(time_s)
+            outcomes += [again] if again is not None else self._step(time_s, all_well)
         return outcomes
 
     def heartbeat(self, reading: AutopilotHeartbeat) -> None:
@@ -99,11 +96,26 @@ class Intervention:
             self._exchange.acknowledge(reading)
 
     def resume(self, old: Intervention) -> None:
-        """After a restart of the program: when what was asked; what was under way is not asked again."""
+        """After a restart of the program: what had been asked is not asked again, what had only been announced is."""
+        self._asked_s = old._asked_s
         under_way = old.state in (State.REFRAINED, State.COUNTDOWN, State.ASKED, State.CONFIRMING)
+        if under_way and not old._acted:
+            return
         self.state = State.SPENT if under_way else old.state
-        self._asked_s, self._action, self._rank = old._asked_s, old._action, old._rank
-        self._our_modes, self._mode_before = old._our_modes, old._mode_before
+        self._action, self._rank, self._label, self._tried = old._action, old._rank, old._label, old._tried
+        self._our_modes, self._mode_before, self._acted = old._our_modes, old._mode_before, old._acted
+
+    def _step(self, time_s: float, all_well: bool) -> list[Outcome]:
+        """Makes the steps of the table that are due."""
+        outcomes: list[Outcome] = []
+        for _ in range(STEPS_MAX):
+            happening = self._happening(time_s, all_well)
+            if happening is None:
+                break
+            step = TABLE[self.state, happening]
+            outcomes += self._do(step.effect, happening, time_s)
+            self.state = step.state
+        return outcomes
 
     # What has happened --------------------------------------------------------------------------
 
@@ -118,13 +130,14 @@ class Intervention:
             Happening.TAKEN_OVER: heard is not None and self._taken_over(heard),
             Happening.ALL_WELL: all_well,
             Happening.UNWANTED: self._plan is None,
-            Happening.BLOCKED: self._plan is not None and bool(obstacle) and self._blocks(heard),
+            Happening.BLOCKED: self._plan is not None and self._blocks(obstacle),
             Happening.WORSE: not obstacle and RANK[first] > self._rank,
+            Happening.USELESS: not obstacle and self._useless(first, heard),
             Happening.OTHER: not obstacle and first not in (Action.NONE, self._action),
             Happening.EXHAUSTED: failed and self._next(time_s, heard) is Action.NONE,
             Happening.FAILED: failed,
             Happening.ACCEPTED: self._exchange is not None and self._exchange.ended is Ended.ACCEPTED,
-            Happening.DUE: time_s >= self._due_s,
+            Happening.DUE: heard is not None and heard.time_s >= self._due_s,
             Happening.WANTED: not obstacle and first is not Action.NONE,
         }
         return next((one for one in Happening if (self.state, one) in TABLE and holds[one]), None)
@@ -144,11 +157,18 @@ class Intervention:
             obstacle = words.JUST_NOW
         return first, obstacle
 
-    def _blocks(self, heard: AutopilotHeartbeat | None) -> bool:
-        """Once asked, only the autopilot itself can be an obstacle."""
-        if self.state is not State.ASKED:
-            return True
-        return heard is None or heard.system_status in OWN_FAILSAFE
+    def _blocks(self, obstacle: str) -> bool:
+        """Of what is asked, that it was asked just now is no obstacle."""
+        wanted = self._plan is not None and self._action in self._plan.actions
+        return bool(obstacle) and not (self.state is State.ASKED and wanted and obstacle == words.JUST_NOW)
+
+    def _useless(self, first: Action, heard: AutopilotHeartbeat | None) -> bool:
+        """What was asked relies on something that has failed since, and there is something that does not."""
+        if heard is None or self._plan is None or first is Action.NONE:
+            return False
+        request = self._request(heard)
+        holds_position = request is not None and heard.custom_mode in request.as_good - self._as_good(request)
+        return self._action not in self._plan.actions or (self.state is State.STANDING and holds_position)
 
     def _asked_just_now(self, action: Action, time_s: float) -> bool:
         return time_s - self._asked_s.get(action, -math.inf) < self._interval_s
@@ -161,9 +181,12 @@ class Intervention:
         if request is None:
             return False
         if not request.modes:
-            return self.state is not State.COUNTDOWN and not heard.armed
+            return self.state is not State.COUNTDOWN and self._ended(request, heard)
         gone_on = heard.custom_mode in request.after and heard.time_s > self._accepted_s
         return gone_on or heard.custom_mode in request.modes | self._as_good(request)
+
+    def _ended(self, request: Request, heard: AutopilotHeartbeat) -> bool:
+        return not heard.armed or heard.system_status in request.statuses
 
     def _as_good(self, request: Request) -> frozenset[int]:
         trusted = self._plan is None or self._plan.position_trusted
@@ -173,7 +196,8 @@ class Intervention:
         """The mode is neither the one before nor one of ours; once it was ours, it has to last."""
         if self.state is State.STANDING:
             return self._foreign >= FOREIGN_HEARTBEATS and bool(self._our_modes)
-        return heard.custom_mode not in self._our_modes | self._mode_before
+        known = self._our_modes | self._mode_before
+        return bool(known) and heard.custom_mode not in known
 
     def _failed(self, time_s: float) -> bool:
         if self.state is State.CONFIRMING:
@@ -196,12 +220,13 @@ class Intervention:
             case Effect.ANNOUNCE | Effect.CHANGE:
                 yield from self._announce(time_s, heard, restart=effect is Effect.ANNOUNCE)
             case Effect.REFRAIN:
-                action, obstacle = self._first(time_s, heard)
-                self._reset()
-                yield from words.refrained(time_s, action, obstacle)
+                yield from self._refrain(time_s, heard)
             case Effect.CANCEL:
-                why = str(happening) if happening is Happening.DISARMED else f"{self._label} ok"
-                yield from words.cancelled(time_s, self._action, why)
+                why = str(happening) if happening is Happening.DISARMED else ""
+                yield from words.cancelled(time_s, self._action, why, self._label)
+                self._reset()
+            case Effect.RECALL:
+                yield from words.recalled(time_s, self._action, self._label)
                 self._reset()
             case Effect.ASK | Effect.FALL_BACK if heard is not None:
                 yield from self._ask(effect, time_s, heard)
@@ -221,13 +246,25 @@ class Intervention:
 
     def _announce(self, time_s: float, heard: AutopilotHeartbeat | None, restart: bool) -> Iterator[Outcome]:
         action, _ = self._first(time_s, heard)
-        due_s = time_s + self._delay_s if restart else self._due_s
+        due_s = self._due_s
+        if restart:  # what counts is a HEARTBEAT from after the delay: the pilot's mode change shows in the next one
+            due_s = time_s + self._delay_s if self._delay_s > 0.0 else -math.inf
+        # what was asked before may still come about, and is nobody's override
+        modes, acted = frozenset(self._our_modes | self._mode_before), self._acted
         self._reset()
+        self._acted = acted
         self._action, self._rank, self._due_s = action, RANK[action], due_s
         self._label = "" if self._plan is None else self._plan.label
-        self._mode_before = frozenset() if heard is None else frozenset({heard.custom_mode})
-        if due_s > time_s:
-            yield from words.announced(time_s, action, due_s - time_s, self._label)
+        self._mode_before = modes or (frozenset() if heard is None else frozenset({heard.custom_mode}))
+        if due_s > -math.inf:
+            yield from words.announced(time_s, action, max(0.0, due_s - time_s), self._label)
+
+    def _refrain(self, time_s: float, heard: AutopilotHeartbeat | None) -> Iterator[Outcome]:
+        action, obstacle = self._first(time_s, heard)
+        if not self._acted:
+            self._reset()
+        self._exchange, self._due_s = None, math.inf  # modes stay: what was asked may come about, or be overridden
+        yield from words.refrained(time_s, action, obstacle)
 
     def _ask(self, effect: Effect, time_s: float, heard: AutopilotHeartbeat) -> Iterator[Outcome]:
         if effect is Effect.FALL_BACK:
@@ -239,6 +276,7 @@ class Intervention:
         self._exchange = CommandExchange(command, time_s)
         self._accepted_s = self._due_s = math.inf
         self._tried.add(self._action)
+        self._acted = True
         self._our_modes |= request.modes | request.after | request.as_good
         self._asked_s[self._action] = time_s
         yield words.asked(time_s, self._action, self._label)
@@ -250,13 +288,8 @@ class Intervention:
         if request is not None:
             self._our_modes = set(request.modes | request.after | self._as_good(request))
         self._exchange, self._due_s, self._foreign = None, math.inf, 0
+        self._mode_before = frozenset()
         yield from words.done(time_s, self._action, self._label, already)
-
-    def _send_again(self, time_s: float) -> Iterator[CommandLong]:
-        if self._exchange is not None and self.state is State.ASKED:
-            again = self._exchange.advance(time_s)
-            if again is not None and self._autopilot.armed:
-                yield again
 
     def _word(self) -> str:
         return "not shown" if self._exchange is None else self._exchange.word

@@ -3,7 +3,7 @@
 | state | meaning |
 |---|---|
 | IDLE | nothing is to be done |
-| REFRAINED | something should be done, and cannot be asked now |
+| REFRAINED | something should be done, and cannot be asked (again) now |
 | COUNTDOWN | announced; the pilot can prevent it by changing the mode, by disarming, or by acknowledging the fault |
 | ASKED | the command is on its way |
 | CONFIRMING | accepted; HEARTBEAT does not show it yet |
@@ -44,11 +44,12 @@ class Happening(StrEnum):
     UNWANTED = "nothing is wanted"
     BLOCKED = "cannot be asked now"
     WORSE = "more is wanted"
+    USELESS = "of no use any more"
     OTHER = "something else is wanted"
     EXHAUSTED = "failed, and nothing is left"
     FAILED = "refused, unanswered or not shown"
     ACCEPTED = "autopilot accepted"
-    DUE = "delay is over"
+    DUE = "delay is over, mode as before"
     WANTED = "wanted"
 
 
@@ -60,6 +61,7 @@ class Effect(Enum):
     CHANGE = auto()
     REFRAIN = auto()
     CANCEL = auto()
+    RECALL = auto()
     ASK = auto()
     AWAIT = auto()
     FALL_BACK = auto()
@@ -81,7 +83,9 @@ class Step:
 TABLE: Mapping[tuple[State, Happening], Step] = {
     (State.IDLE, Happening.BLOCKED): Step(State.REFRAINED, Effect.REFRAIN),
     (State.IDLE, Happening.WANTED): Step(State.COUNTDOWN, Effect.ANNOUNCE),
+    (State.REFRAINED, Happening.SHOWN): Step(State.STANDING, Effect.DONE),
     (State.REFRAINED, Happening.DISARMED): Step(State.IDLE, Effect.END),
+    (State.REFRAINED, Happening.TAKEN_OVER): Step(State.YIELDED, Effect.YIELD),
     (State.REFRAINED, Happening.UNWANTED): Step(State.IDLE, Effect.END),
     (State.REFRAINED, Happening.WANTED): Step(State.COUNTDOWN, Effect.ANNOUNCE),
     (State.COUNTDOWN, Happening.SHOWN): Step(State.STANDING, Effect.DONE),
@@ -95,7 +99,9 @@ TABLE: Mapping[tuple[State, Happening], Step] = {
     (State.ASKED, Happening.SHOWN): Step(State.STANDING, Effect.DONE),
     (State.ASKED, Happening.DISARMED): Step(State.IDLE, Effect.END),
     (State.ASKED, Happening.TAKEN_OVER): Step(State.YIELDED, Effect.YIELD),
+    (State.ASKED, Happening.UNWANTED): Step(State.IDLE, Effect.RECALL),
     (State.ASKED, Happening.BLOCKED): Step(State.REFRAINED, Effect.REFRAIN),
+    (State.ASKED, Happening.USELESS): Step(State.COUNTDOWN, Effect.ANNOUNCE),
     (State.ASKED, Happening.EXHAUSTED): Step(State.SPENT, Effect.GIVE_UP),
     (State.ASKED, Happening.FAILED): Step(State.ASKED, Effect.FALL_BACK),
     (State.ASKED, Happening.ACCEPTED): Step(State.CONFIRMING, Effect.AWAIT),
@@ -108,6 +114,7 @@ TABLE: Mapping[tuple[State, Happening], Step] = {
     (State.STANDING, Happening.TAKEN_OVER): Step(State.YIELDED, Effect.YIELD),
     (State.STANDING, Happening.UNWANTED): Step(State.IDLE, Effect.END),
     (State.STANDING, Happening.WORSE): Step(State.COUNTDOWN, Effect.ANNOUNCE),
+    (State.STANDING, Happening.USELESS): Step(State.COUNTDOWN, Effect.ANNOUNCE),
     (State.YIELDED, Happening.DISARMED): Step(State.IDLE, Effect.END),
     (State.YIELDED, Happening.ALL_WELL): Step(State.IDLE, Effect.END),
     (State.SPENT, Happening.DISARMED): Step(State.IDLE, Effect.END),

@@ -35,7 +35,7 @@ def obstacle(kind: AutopilotKind, plan: Plan, own_failsafe: bool, known: bool) -
 def announced(time_s: float, action: Action, in_s: float, label: str) -> _Words:
     """An action will be asked for, unless the pilot prevents it."""
     text = texts.fitted(f"{_name(action)} in {in_s:.0f} s for {label}", (", change mode to stop",), "")
-    return _both(time_s, Level.SUSPECT, Severity.WARNING, text)
+    return _both(time_s, Level.SUSPECT, Severity.ERROR, text)
 
 
 def refrained(time_s: float, action: Action, why: str) -> _Words:
@@ -46,9 +46,16 @@ def refrained(time_s: float, action: Action, why: str) -> _Words:
     return _both(time_s, Level.UNKNOWN, Severity.WARNING, text)
 
 
-def cancelled(time_s: float, action: Action, why: str) -> _Words:
-    """An announced action will not be asked for."""
-    return _both(time_s, Level.NORMAL, Severity.NOTICE, texts.fitted(f"{_name(action)} cancelled: {why}"))
+def cancelled(time_s: float, action: Action, why: str, label: str) -> _Words:
+    """An announced action will not be asked for: for a reason, or as nothing is to be done any more."""
+    text = f"{_name(action)} cancelled: {why}" if why else f"{_name(action)} for {label} cancelled: no need"
+    return _both(time_s, Level.NORMAL, Severity.NOTICE, texts.fitted(text))
+
+
+def recalled(time_s: float, action: Action, label: str) -> _Words:
+    """An action was asked for, and is not needed any more; the autopilot may have heard it."""
+    text = texts.fitted(f"{_name(action)} not needed now, may still come", (f" ({label})",), "")
+    return _both(time_s, Level.NORMAL, Severity.NOTICE, text)
 
 
 def asked(time_s: float, action: Action, label: str) -> Finding:
@@ -58,13 +65,13 @@ def asked(time_s: float, action: Action, label: str) -> Finding:
 
 def fell_back(time_s: float, action: Action, word: str, following: Action, label: str) -> _Words:
     """An action did not come about, the next is asked for."""
-    text = texts.fitted(f"{_name(action)} {word}, asking {following} for {label}")
+    text = texts.fitted(f"{_name(action)} {word}, asking {following}", (f" for {label}",), "")
     return _both(time_s, Level.SUSPECT, Severity.ERROR, text)
 
 
 def given_up(time_s: float, action: Action, word: str, label: str) -> _Words:
     """Nothing of the plan came about."""
-    text = texts.fitted(f"{_name(action)} {word}: yours to act on {label}")
+    text = texts.fitted(f"{_name(action)} {word}: yours to act", (f" on {label}",), "")
     return _both(time_s, Level.SUSPECT, Severity.ERROR, text)
 
 

@@ -18,7 +18,8 @@ class Policy:
 
     Attributes:
         times: debounce.
-        cleared_by: which of GOOD (recovered) and DISARMED clear a FAULT; an operator's word always does.
+        cleared_by: which of GOOD (recovered) and DISARMED clear a FAULT; an operator's word always does. A suspicion
+            is over when NORMAL lasted, in any case.
         ladder: what the onset of a FAULT asks for, the next where the one before does not come about. "warn" is texts
             for the pilot, and that is all; "none" is findings only.
         several: the same, while two or more subjects of this detector are in FAULT; empty: as for one.
@@ -80,7 +81,9 @@ class Subject:
         self.level = level
 
     def clears(self, event: Event) -> bool:
-        """Whether an event may lead out of a FAULT."""
+        """Whether the policy has nothing against what an event leads to."""
+        if event is Event.GOOD and self.level is not Level.FAULT:
+            return True
         return event not in (Event.GOOD, Event.DISARMED) or event in self.policy.cleared_by
 
     def silenced(self, time_s: float) -> bool:

@@ -20,25 +20,27 @@ class Wording:
         subject: whose transition it is.
         subjects: all of them.
         geometry: which thruster drives the vehicle where.
+        time_s: now.
     """
 
-    def __init__(self, subject: Subject, subjects: Collection[Subject], geometry: Geometry) -> None:
+    def __init__(self, subject: Subject, subjects: Collection[Subject], geometry: Geometry, time_s: float) -> None:
         causes = explaining(subjects, geometry)
         speeds = [one for one in subjects if one.seen.detector == "speed"]
-        self._speed = subject.seen.detector == "speed"
+        self._speed, self._level = subject.seen.detector == "speed", subject.level
         self._causes = causes if self._speed else [one for one in causes if one is subject]
+        self._told = [one for one in self._causes if not one.silenced(time_s)]
         self._slow = [one for one in speeds if one is subject or one.level >= Level.SUSPECT]
 
     @property
     def explained(self) -> bool:
-        """True where it is said with its causes."""
-        return self._speed and bool(self._causes)
+        """True where it is said with one of its causes, and as often."""
+        return self._speed and any(one.level >= self._level and not one.acknowledged for one in self._told)
 
     def of(self, transition: Transition, event: Event, observation: Observation) -> tuple[Severity, str]:
         """Severity and text of a transition."""
         match transition.say:
             case Say.WORSE:
-                known = self._speed and any(one.level is Level.FAULT for one in self._causes)
+                known = self._speed and any(one.level is Level.FAULT for one in self._told)
                 severity = Severity.WARNING if known else SEVERITY_OF_WORSE[transition.level]
                 return severity, self._state(observation)
             case Say.REPEAT:
