@@ -89,6 +89,14 @@ def configuration(
     return parse(text + (SPEED if speed else "") + f"[failsafe]\n{failsafe}\n", folder)
 
 
+def key_file(folder: Path, key: bytes) -> str:
+    """Writes a key for signing; returns the line of the configuration that names it."""
+    path = folder / "mavlink.key"
+    path.write_bytes(key)
+    path.chmod(0o600)
+    return f'signing_key = "{path.name}"'
+
+
 class Scene:
     """What is true of the vehicle.
 

@@ -48,6 +48,7 @@ class VirtualRig:
         autopilot: the vehicle's.
         findings: what the gateway has found.
         sent: what the gateway has said.
+        echo: what the gateway sends comes back to it, as from routers that are wired in a circle.
     """
 
     def __init__(
@@ -65,6 +66,7 @@ class VirtualRig:
         self.autopilot = MavlinkAutopilot(self._to_gateway, commander, SYSTEM_ID)
         self.findings: list[Finding] = []
         self.sent: list[OutgoingMessage] = []
+        self.echo = False
         self._beside: list[MavlinkAutopilot] = []
         self._pipeline = Pipeline(config, STAND_INS)
         self._decoder = mavlink_decoder(config.mavlink, config.thruster)
@@ -111,6 +113,8 @@ class VirtualRig:
         boot_s = self.time_s - START_S + 10.0
         self.scene.step(PERIOD_S, self.commander)
         for datagram in self.down.due(self.time_s):
+            if self.echo:
+                self._to_gateway(datagram)
             for autopilot in (self.autopilot, *self._beside):
                 autopilot.receive(self.time_s, datagram)
         for autopilot in (self.autopilot, *self._beside):
