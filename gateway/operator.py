@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from detectors.verdict import Level
 from drivers.mavlink.messages import CommandAck
 from drivers.readings import OperatorAct, OperatorRequest
 from gateway.channel import Channel
@@ -109,6 +110,9 @@ class OperatorDesk:
                 yield from self.accept(subjects, time_s)
                 yield from self._supervisor.inform(time_s, f"{name} accepted as it is")
             case OperatorAct.MUTE:
+                levels = self._supervisor.levels()
+                if request.code == 0:  # what nags now, and not what may come
+                    subjects = [one for one in subjects if levels.get(one, Level.UNKNOWN) >= Level.SUSPECT]
                 duration_s = min(request.duration_s or MUTE_S, MUTE_MAX_S)
                 self._supervisor.mute(subjects, time_s, duration_s)
                 yield from self._supervisor.inform(time_s, f"{name} muted for {duration_s / 60.0:.0f} min")

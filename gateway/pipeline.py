@@ -16,6 +16,7 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain
 from typing import Any
 
 from detectors.navigation.detector import NavigationDetector
@@ -38,18 +39,12 @@ from drivers.readings import (
 )
 from gateway.channel import Aligned, Channel, Judgement, Learnt, Source
 from gateway.config import Config
+from gateway.conflicts import ConflictWatch
 from gateway.load_observations import bus_load_observation, lateness_observation
 from gateway.named_values import Plots
 from gateway.navigation_channel import NavigationChannel
 from gateway.operator import OperatorDesk
-from gateway.rules import (
-    CONFLICT,
-    autopilots_observation,
-    identity_observation,
-    observations,
-    silence_watch,
-    supervisor,
-)
+from gateway.rules import observations, silence_watch, supervisor
 from gateway.sensor_watch import NavigationFactory
 from gateway.speed_channel import SpeedChannel, SpeedFactory
 from gateway.supervisor import Memory, Outgoing
@@ -116,6 +111,7 @@ class Pipeline:
         signals = [signal for channel in self._channels.values() for signal in channel.signals]
         self._silence = silence_watch(config, signals)
         self._supervisor = supervisor(config)
+        self._conflicts = ConflictWatch()
         self._desk = OperatorDesk(self._channels, self._supervisor)
         self._plots = Plots(0.0 if config.mavlink is None else config.mavlink.named_values_period_s)
         self._load_max = {bus.name: bus.load_max for bus in config.can}
@@ -229,7 +225,8 @@ class Pipeline:
 
     def _tick(self, ticks_s: Iterable[float]) -> Iterator[Outcome]:
         for tick_s in ticks_s:
-            for heard in self._silence.judge(tick_s, self._supervisor.disarmed()):
+            silences = self._silence.judge(tick_s, self._supervisor.disarmed())
+            for heard in chain(silences, self._conflicts.advance(tick_s)):
                 yield from self._supervisor.observe(heard)
             yield from self._supervisor.advance(tick_s)
             yield from self._plots.advance(tick_s)
@@ -247,27 +244,27 @@ class Pipeline:
                 self._plots.take(channel.subject, judgement)
                 for observed in observations(judgement):
                     yield from self._supervisor.observe(observed)
+        yield from self._attend(reading)
+
+    def _attend(self, reading: Reading) -> Iterator[Outcome]:
+        """What is no sample of a detector: autopilot, operator, links, this machine."""
         match reading:
             case AutopilotHeartbeat():
-                yield from self._heartbeat(reading)
+                yield from self._supervisor.heartbeat(reading)
+                for over in self._conflicts.heartbeat(reading.time_s):
+                    yield from self._supervisor.observe(over)
             case CommandAcknowledgement():
                 yield from self._supervisor.command_ack(reading)
             case OperatorRequest():
                 yield from self._desk.take(reading)
-            case AutopilotConflict():
-                self._supervisor.conflict()
-                yield from self._supervisor.observe(autopilots_observation(reading.time_s, reading.system_ids))
-            case IdentityConflict():
-                yield from self._supervisor.observe(identity_observation(reading))
+            case AutopilotConflict() | IdentityConflict():
+                if isinstance(reading, AutopilotConflict):
+                    self._supervisor.conflict()
+                yield from self._supervisor.observe(self._conflicts.take(reading))
             case BusLoad():
                 yield from self._supervisor.observe(bus_load_observation(reading, self._load_max[reading.link]))
             case Lateness():
                 yield from self._supervisor.observe(lateness_observation(reading))
-
-    def _heartbeat(self, reading: AutopilotHeartbeat) -> Iterator[Outcome]:
-        yield from self._supervisor.heartbeat(reading)
-        if CONFLICT in self._supervisor.levels():  # one autopilot is listened to again
-            yield from self._supervisor.observe(autopilots_observation(reading.time_s, ()))
 
 
 def _channels(config: Config, factories: Factories) -> Iterator[Channel[Any]]:

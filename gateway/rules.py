@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
@@ -10,7 +9,6 @@ from math import hypot
 from typing import assert_never
 
 from detectors.verdict import Level
-from drivers.readings import IdentityConflict
 from gateway import texts
 from gateway.channel import Judgement, NavigationJudgement, SpeedJudgement, ThrusterJudgement
 from gateway.config import Config
@@ -34,8 +32,6 @@ DOUBT_S = 3.0
 SILENCE_OVER_S = 3.0
 # MAVLink is lost after four to five of its heartbeats, which may be all that comes
 MAVLINK_SILENT_S = 5.0
-
-CONFLICT, IDENTITY = "link mavlink autopilots", "link mavlink identity"
 
 _CLEARS: Mapping[Clear, Event] = {Clear.RECOVERED: Event.GOOD, Clear.DISARMED: Event.DISARMED}
 
@@ -83,19 +79,6 @@ def _speed_observation(judgement: SpeedJudgement) -> Observation:
         details=texts.speed_details(verdict),
         relies_on=judgement.relies_on,
     )
-
-
-def autopilots_observation(time_s: float, system_ids: tuple[int, ...]) -> Observation:
-    """Several autopilots on one link, or, with none named, that there is one again."""
-    level = Level.SUSPECT if system_ids else Level.NORMAL
-    trouble = f"has several autopilots: {', '.join(map(str, system_ids))}"
-    return Observation(time_s, "link", CONFLICT, MAVLINK, level, math.nan, trouble)
-
-
-def identity_observation(reading: IdentityConflict) -> Observation:
-    """Another program speaks with our own ids."""
-    trouble = f"id {reading.system_id}/{reading.component_id} is used twice"
-    return Observation(reading.time_s, "link", IDENTITY, MAVLINK, Level.SUSPECT, math.nan, trouble)
 
 
 def supervisor(config: Config) -> Supervisor:
