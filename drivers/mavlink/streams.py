@@ -5,7 +5,7 @@ The table (state x what comes in; times are passed in, nothing waits):
 | state | heartbeat | acknowledgement | no answer | restart of autopilot or link |
 |---|---|---|---|---|
 | silent | -> asking, first request | | | |
-| asking | | noted, next request; -> settled | 3 times, 1 s apart, then noted, next | -> asking, first request |
+| asking | | noted, next request; -> settled | sent again, at last noted, next | -> asking, first request |
 | settled | | | -> asking, after 30 s, if nothing at all was answered | -> asking, first request |
 
 Intervals are forgotten by an autopilot that restarts. That is seen by its time since boot, by a gap in its
@@ -20,6 +20,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from drivers.mavlink import formats
+from drivers.mavlink.command_exchange import CommandExchange, Ended
 from drivers.mavlink.messages import CommandLong
 from drivers.readings import (
     Attitude,
@@ -36,11 +37,8 @@ from drivers.readings import (
 )
 
 COMMAND_SET_MESSAGE_INTERVAL = 511
-RESULT_ACCEPTED, RESULT_TEMPORARILY_REJECTED, RESULT_IN_PROGRESS = 0, 1, 5  # MAV_RESULT
 AUTOPILOT_PX4 = 12  # MAV_AUTOPILOT_PX4
 
-ANSWER_S = 1.0
-TRIES = 3
 SILENCE_S = 5.0
 ROUND_S = 30.0
 
@@ -62,7 +60,7 @@ class Stream:
         if not 0.0 < self.rate_hz < math.inf:
             raise ValueError(f"rate_hz must be above 0, got {self.rate_hz}")
 
-    def request(self, autopilot: AutopilotHeartbeat, confirmation: int) -> CommandLong:
+    def request(self, autopilot: AutopilotHeartbeat) -> CommandLong:
         """SET_MESSAGE_INTERVAL: message id and interval in microseconds."""
         interval_us = round(1e6 / self.rate_hz)
         return CommandLong(
@@ -70,7 +68,6 @@ class Stream:
             parameters=(float(self.message_id), float(interval_us), 0.0, 0.0, 0.0, 0.0, 0.0),
             target_system=autopilot.system_id,
             target_component=autopilot.component_id,
-            confirmation=confirmation,
         )
 
 
@@ -104,8 +101,7 @@ class StreamRequests:
         self._streams = streams
         self._autopilot: AutopilotHeartbeat | None = None
         self._waiting: list[Stream] = []
-        self._tries = 0
-        self._due_s = -math.inf
+        self._exchange: CommandExchange | None = None
         self._round_s = -math.inf
         self._telemetry_s = -math.inf
         self.accepted: set[int] = set()
@@ -139,8 +135,8 @@ class StreamRequests:
                 self._start_round(self._autopilot, reading.time_s)
             case LinkState(up=False):
                 self._autopilot = None
-            case CommandAcknowledgement(command=command) if command == COMMAND_SET_MESSAGE_INTERVAL:
-                self._answer(reading)
+            case CommandAcknowledgement() if self._exchange is not None:
+                self._exchange.acknowledge(reading)
             case _ if isinstance(reading, _TELEMETRY):
                 self._telemetry_s = reading.time_s
 
@@ -155,8 +151,7 @@ class StreamRequests:
 
     def _start_round(self, autopilot: AutopilotHeartbeat, time_s: float) -> None:
         self._waiting = list(self._streams(autopilot.autopilot))
-        self._tries = 0
-        self._due_s = self._round_s = time_s
+        self._exchange, self._round_s = None, time_s
         self.accepted, self.refused, self.unanswered = set(), set(), set()
 
     def _went_quiet(self, time_s: float) -> bool:
@@ -167,27 +162,20 @@ class StreamRequests:
             return bool(self.unanswered)
         return bool(self.accepted & _ALWAYS_READ) and time_s - self._telemetry_s > SILENCE_S
 
-    def _answer(self, acknowledgement: CommandAcknowledgement) -> None:
-        """An acknowledgement names the command only, so there is never more than one request under way."""
-        if not self._waiting or self._tries == 0:
-            return
-        if acknowledgement.result == RESULT_IN_PROGRESS:
-            self._due_s = acknowledgement.time_s + ANSWER_S
-        elif acknowledgement.result != RESULT_TEMPORARILY_REJECTED:  # that one is tried again when it is due
-            self._close(
-                self.accepted if acknowledgement.result == RESULT_ACCEPTED else self.refused, acknowledgement.time_s
-            )
-
-    def _close(self, outcome: set[int], time_s: float) -> None:
-        outcome.add(self._waiting.pop(0).message_id)
-        self._tries = 0
-        self._due_s = time_s
-
     def _request(self, autopilot: AutopilotHeartbeat, time_s: float) -> list[CommandLong]:
-        if self._tries == TRIES and time_s >= self._due_s:
-            self._close(self.unanswered, time_s)
-        if not self._waiting or time_s < self._due_s:
+        """The request under way once more, or the next: an answer names the command only, so one at a time."""
+        if self._exchange is not None:
+            again = self._exchange.advance(time_s)
+            if again is not None or self._exchange.ended is None:
+                return [] if again is None else [again]
+            self._note(self._exchange.ended)
+        if not self._waiting:
             return []
-        self._tries += 1
-        self._due_s = time_s + ANSWER_S
-        return [self._waiting[0].request(autopilot, self._tries - 1)]
+        command = self._waiting[0].request(autopilot)
+        self._exchange = CommandExchange(command, time_s)
+        return [command]
+
+    def _note(self, ended: Ended) -> None:
+        noted = {Ended.ACCEPTED: self.accepted, Ended.REFUSED: self.refused, Ended.UNANSWERED: self.unanswered}
+        noted[ended].add(self._waiting.pop(0).message_id)
+        self._exchange = None
