@@ -135,8 +135,10 @@ def _check_folder(what: str, path: Path) -> CheckResult:
 
 def _check_state(path: Path) -> CheckResult:
     try:
-        learnt = state.load(path)
+        found = state.load(path)
     except (state.StateError, OSError) as error:
         remedy = "it will be set aside and all is learnt anew"
         return CheckResult("learnt state", False, f"{path} {error}", remedy)
-    return CheckResult("learnt state", True, ", ".join(sorted(learnt)) or "nothing yet")
+    if found is None:
+        return CheckResult("learnt state", True, "nothing yet")
+    return CheckResult("learnt state", True, f"{', '.join(sorted(found.learnt))}, saved {found.saved.date()}")

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import logging
-import signal
 from importlib.metadata import EntryPoint, entry_points, version
 from pathlib import Path
 
 import click
 
+from drivers.readings import OperatorAct
 from gateway.config import Config, load
+from gateway.control_protocol import ACTS, STATUS, Request
 from gateway.logs import start_logging
+from gateway.operator import MUTE_MAX_S
 from gateway.problems import ConfigError
+from gateway.subject_words import subjects_named, wanted, watched_subjects
 from gateway.training.command import train
 
 DISTRIBUTION = "thruster-gateway"
@@ -93,7 +97,8 @@ def loaded(path: Path) -> Config:
 def run(config: Path, verbose: bool) -> None:
     """Watch the vehicle of CONFIG until SIGINT or SIGTERM.
 
-    SIGUSR1 is the operator's word that all is well as it is: what is learnt now is the new reference.
+    It stops within two seconds, whatever hangs. SIGUSR1 is the operator's word that all is well as it is: what is
+    learnt now is the new reference.
     """
     start_logging(verbose)
     try:
@@ -102,16 +107,64 @@ def run(config: Path, verbose: bool) -> None:
         raise click.ClickException(str(error)) from error
     except OSError as error:
         raise click.ClickException(f"{error}; look at [files] in {config}") from error
+    finally:
+        gc.freeze()  # at its exit, Python would go through all that was imported once more: half a second
 
 
 async def _run(config: Config) -> None:
+    from gateway.process_signals import heard_signals
     from gateway.run import run as run_gateway
+    from gateway.systemd import Service
 
     stop, accept = asyncio.Event(), asyncio.Event()
-    loop = asyncio.get_running_loop()
-    for number, event in ((signal.SIGINT, stop), (signal.SIGTERM, stop), (signal.SIGUSR1, accept)):
-        loop.add_signal_handler(number, event.set)
-    await run_gateway(config, stop=stop, accept=accept)
+    soon = asyncio.get_running_loop().call_soon_threadsafe
+    with heard_signals(lambda: soon(stop.set), lambda: soon(accept.set)):
+        await run_gateway(config, stop=stop, accept=accept, service=Service())
+
+
+@main.command(short_help="Speak with the gateway that runs with CONFIG.")
+@config_argument
+@click.argument("what", type=click.Choice([STATUS, *sorted(ACTS)]))
+@click.argument("subject", nargs=-1)
+@click.option("--minutes", type=click.FloatRange(0, MUTE_MAX_S / 60.0, min_open=True), help="How long to mute.")
+def tell(config: Path, what: str, subject: tuple[str, ...], minutes: float | None) -> None:
+    """Speak with the gateway that runs with CONFIG on this machine.
+
+    \b
+    status        levels of all subjects, and the newest texts
+    acknowledge   SUBJECT was seen: it is not said again, and nothing is asked of the autopilot because of it
+    accept        SUBJECT is well as it is: what is learnt now is its new reference
+    mute          no texts of SUBJECT for ten minutes, or for --minutes
+
+    SUBJECT is one of those that are watched, such as T3, speed, dvl, depth sensor, or all; or several of them.
+
+    Exit code 0: done; 1: not.
+    """
+    from gateway.tell import NoAnswerError, ask, lines
+
+    settings = loaded(config)
+    try:
+        answer = ask(settings.files.control, _request(settings, what, subject, minutes))
+    except (NoAnswerError, ValueError) as error:
+        raise click.ClickException(str(error)) from error
+    for line in lines(answer):
+        click.echo(line, err=not answer.ok)
+    if not answer.ok:
+        raise click.exceptions.Exit(1)
+
+
+def _request(settings: Config, what: str, subject: tuple[str, ...], minutes: float | None) -> Request:
+    """What is to be asked.
+
+    Raises:
+        ValueError: what does not go together, or a subject that is not watched.
+    """
+    watched = watched_subjects(settings)
+    if minutes is not None and ACTS.get(what) is not OperatorAct.MUTE:
+        raise ValueError(f"--minutes goes with mute, not with {what}")
+    if what in ACTS and not subject:
+        raise ValueError(f"{what} what? Want {wanted(watched)}")
+    return Request(what, tuple(subjects_named(subject, watched)), 60.0 * (minutes or 0.0))
 
 
 @main.command(short_help="Say what is wrong with CONFIG and this machine.")

@@ -8,14 +8,14 @@ learns its model anew (tens of milliseconds) delays neither a link nor a heartbe
 from __future__ import annotations
 
 import asyncio
-import logging
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
+from math import inf
 
 from drivers.clock import Clock
+from drivers.readings import Lateness
 from gateway.pipeline import Arrival, Event, Now, Outcome, Pipeline
-
-log = logging.getLogger("gateway")
 
 # What arrives within this time is judged together, at a third of the cost; nobody sees a tenth of a second
 COLLECT_S = 0.1
@@ -23,10 +23,12 @@ COLLECT_S = 0.1
 LATENESS_S = 0.1
 # Some ten seconds of a full bus; what does not fit is lost
 WAITING_MAX = 10_000
-# The pilot is to hear of a fault within a second: this far behind is worth a line in the log ...
-BEHIND_S = 0.5
-# ... and this close to the present it has caught up
-CAUGHT_UP_S = 0.3
+# Some seconds of full buses: more at once is hardly cheaper, and a stop would have to wait for it
+BATCH_MAX = 200
+# How late it is, is said this often
+PACE_PERIOD_S = 1.0
+# the readings that are about the gateway itself come over no link
+GATEWAY = "gateway"
 
 # An event for the pipeline, or something else that is to happen to it in its turn
 Work = Event | Callable[[], Sequence[Outcome]]
@@ -56,44 +58,56 @@ class Judging:
         self._pipeline, self._clock, self._record, self._tell = pipeline, clock, record, tell
         self._waiting: asyncio.Queue[Work] = asyncio.Queue(WAITING_MAX)
         self._closed = False
-        self._told_s = 0.0  # how far behind it was when that was last said, 0 = it has caught up
+        self._pace = _Pace()
         self.lost: Counter[str] = Counter()
         self.behind_max_s = 0.0
 
-    def put(self, work: Work) -> None:
-        """Takes work, for as long as there is room. After `close` it takes none."""
+    def put(self, work: Work) -> bool:
+        """Takes work, for as long as there is room; False where it is not taken. After `close` none is."""
         if self._closed:
-            return
+            return False
         try:
             self._waiting.put_nowait(work)
         except asyncio.QueueFull:
-            self._lose(len(work.readings) if isinstance(work, Arrival) else 1)
+            self._lose("machine too slow", work)
+            return False
+        return True
 
     def advance(self, now_s: float) -> None:
         """The time, told now and then."""
         self.put(Now(now_s - LATENESS_S))
 
-    async def close(self) -> None:
-        """Takes no more, and comes back when all that came before is judged and told."""
+    async def close(self, within_s: float) -> None:
+        """Takes no more, and comes back when all that came before is judged and told, or the time is over."""
         self._closed = True
-        await self._waiting.join()
+        with suppress(TimeoutError):
+            async with asyncio.timeout(within_s):
+                await self._waiting.join()
 
     async def run(self) -> None:
         """Judges until it is cancelled."""
         while True:
-            await asyncio.sleep(COLLECT_S)
-            batch = [await self._waiting.get(), *self._rest()]
-            await self._judge(batch)
+            if self._waiting.qsize() < BATCH_MAX:
+                await asyncio.sleep(COLLECT_S)
+            batch = [await self._waiting.get(), *self._next(BATCH_MAX - 1)]
+            await self._judge([*self._own_pace(), *batch])
             self._look_at_pace(batch)
             for _ in batch:
                 self._waiting.task_done()
 
-    def finish(self) -> None:
-        """Judges here and now what still waits, after `run` was cancelled."""
-        self._tell(self._process(self._rest()))
+    def finish(self, within_s: float) -> None:
+        """After the end of `run`, however it ended: judges and tells what is left, while there is time."""
+        self._closed = True
+        end_s = self._clock.now() + within_s
+        while batch := self._next(BATCH_MAX):
+            if self._clock.now() <= end_s:
+                self._tell(self._process(batch))
+            else:
+                for work in batch:
+                    self._lose("no time at the end", work)
 
-    def _rest(self) -> list[Work]:
-        return [self._waiting.get_nowait() for _ in range(self._waiting.qsize())]
+    def _next(self, most: int) -> list[Work]:
+        return [self._waiting.get_nowait() for _ in range(min(most, self._waiting.qsize()))]
 
     async def _judge(self, batch: Sequence[Work]) -> None:
         """A thread cannot be cancelled: whoever cancels us gets his way when the batch is judged and told."""
@@ -122,21 +136,44 @@ class Judging:
         self._record(outcomes)
         return outcomes
 
-    def _lose(self, readings: int) -> None:
-        if not self.lost:
-            log.error("judging is so far behind that readings are lost: this machine is too slow or too busy")
-        self.lost["machine too slow"] += readings
+    def _lose(self, cause: str, work: Work) -> None:
+        self.lost[cause] += len(work.readings) if isinstance(work, Arrival) else 1
 
     def _look_at_pace(self, judged: Iterable[Work]) -> None:
-        """Says when judging falls behind and when it has caught up, by the time that its oldest tick has waited."""
-        tick = next((work for work in judged if isinstance(work, Now)), None)
-        if tick is None:
-            return
-        behind_s = self._clock.now() - tick.time_s - LATENESS_S
-        self.behind_max_s = max(self.behind_max_s, behind_s)
-        if behind_s > max(BEHIND_S, 2.0 * self._told_s):
-            log.warning("judging is %.1f s behind: this machine is too slow or too busy", behind_s)
-            self._told_s = behind_s
-        elif self._told_s and behind_s < CAUGHT_UP_S:
-            log.info("judging has caught up")
-            self._told_s = 0.0
+        """How far behind it is: by the time that the oldest tick has waited."""
+        ticks = [work.time_s for work in judged if isinstance(work, Now)]
+        if ticks:
+            behind_s = max(0.0, self._clock.now() - ticks[0] - LATENESS_S)
+            self.behind_max_s = max(self.behind_max_s, behind_s)
+            self._pace.take(ticks[-1], behind_s)
+
+    def _own_pace(self) -> list[Work]:
+        """How late it is as a reading of its own, in front of all that waits: else it would come as late."""
+        lateness = self._pace.due(self.lost.total())
+        return [] if lateness is None else [Arrival(GATEWAY, [lateness])]
+
+
+class _Pace:
+    """How late the judging is, to be said once a second."""
+
+    def __init__(self) -> None:
+        self._time_s: float | None = None
+        self._said_s = -inf
+        self._behind_s = 0.0
+        self._lost = 0
+
+    def take(self, time_s: float, behind_s: float) -> None:
+        self._time_s = time_s
+        self._behind_s = max(self._behind_s, behind_s)
+
+    def due(self, lost: int) -> Lateness | None:
+        """The worst since it was last said.
+
+        Args:
+            lost: readings since the beginning.
+        """
+        if self._time_s is None or self._time_s - self._said_s < PACE_PERIOD_S:
+            return None
+        lateness = Lateness(self._time_s, self._behind_s, lost - self._lost)
+        self._said_s, self._behind_s, self._lost = self._time_s, 0.0, lost
+        return lateness

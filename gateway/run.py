@@ -8,35 +8,38 @@ from __future__ import annotations
 import asyncio
 import logging
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Coroutine, Iterator, Sequence
 from typing import Any
 
 from threadpoolctl import threadpool_limits
 
-from drivers.can.bus import CanLink
-from drivers.can.decoder import CanDecoder
-from drivers.can.frame import CanFrame
 from drivers.clock import Clock
-from drivers.mavlink.messages import OutgoingMessage
-from drivers.readings import LinkState, Reading
+from drivers.mavlink.messages import CommandAck
+from drivers.readings import LinkState, OperatorAct, Reading
+from gateway.can_source import CanSource
 from gateway.companion import Companion
 from gateway.config import Config
-from gateway.config_sections import MAVLINK, CanBus
-from gateway.findings import Finding, FindingsFile
+from gateway.config_sections import MAVLINK
+from gateway.control import ControlSocket
+from gateway.control_protocol import STATUS, Answer, Request, Said
+from gateway.findings import FindingsFile
 from gateway.judging import Judging
+from gateway.local_operator import LocalOperator
 from gateway.memory import Memory
+from gateway.operator import ALL, code_of
+from gateway.outlet import Observer, Outlet
 from gateway.pipeline import Arrival, Factories, Outcome, Pipeline
-from gateway.severity import Severity
-from gateway.summary import Summary
-from gateway.wiring import can_decoder
+from gateway.subject_words import watched_subjects
+from gateway.summary import Summary, worst_first
+from gateway.systemd import Service
 
 log = logging.getLogger("gateway")
 
 TICK_S = 0.1
-
-LOG_LEVELS = {Severity.CRITICAL: logging.ERROR, Severity.ERROR: logging.ERROR, Severity.WARNING: logging.WARNING}
-
-Observer = Callable[[Outcome], None]
+# links that do not open for so long are told, and are no reason not to begin
+READY_S = 5.0
+# What a stop may take: all that came before is judged and told, and once more what was left
+CLOSE_S, FINISH_S = 0.8, 0.2
 
 
 async def run(
@@ -47,6 +50,7 @@ async def run(
     stop: asyncio.Event | None = None,
     accept: asyncio.Event | None = None,
     factories: Factories | None = None,
+    service: Service | None = None,
 ) -> Summary:
     """Watches until `stop` is set.
 
@@ -55,40 +59,21 @@ async def run(
         clock: stamps what is received; None: a new one.
         observer: gets every outcome in the event loop, in order: judgements, findings, and what is sent.
         stop: ends the run in order; None: it runs until it is cancelled.
-        accept: the operator says that all is well as it is; it is cleared when that is done.
+        accept: the operator says that all is well as it is; it is cleared when that is said on.
         factories: makes the detectors; None: the real ones.
+        service: is told how the run goes; None: nobody is.
 
     Returns:
         What the run came to.
 
     Raises:
-        OSError: the findings cannot be written where the configuration says.
+        OSError: the findings cannot be written where the configuration says, or another gateway runs with it.
     """
     # the detectors' matrices are small: BLAS threads that wait for each other on busy cores cost more than they give
     with threadpool_limits(limits=1, user_api="blas"), FindingsFile(config.files.findings) as findings:
-        session = _Session(config, Pipeline(config, factories), clock or Clock(), observer, findings)
+        pipeline = Pipeline(config, factories)
+        session = _Session(config, pipeline, clock or Clock(), observer, findings, service or Service({}))
         return await session.run(stop or asyncio.Event(), accept or asyncio.Event())
-
-
-class _CanSource:
-    """A CAN bus and its decoder."""
-
-    def __init__(
-        self, bus: CanBus, config: Config, clock: Clock, take: Callable[[str, Sequence[Reading]], None]
-    ) -> None:
-        self.decoder: CanDecoder = can_decoder(bus, config.thruster)
-        options: dict[str, Any] = {} if bus.bitrate is None else {"bitrate": bus.bitrate}
-        self.link = CanLink(bus.name, bus.interface, bus.channel, self.decoder.filters(), clock, **options)
-        self._take = take
-
-    def on_frames(self, frames: list[CanFrame]) -> None:
-        readings = [reading for frame in frames for reading in self.decoder.decode(frame)]
-        if readings:
-            self._take(self.link.name, readings)
-
-    def drops(self) -> Counter[str]:
-        trouble = {name: n for name, n in self.link.counters.items() if name not in ("frames", "connections")}
-        return self.decoder.drops + Counter(trouble)
 
 
 class _Session:
@@ -101,29 +86,33 @@ class _Session:
         clock: Clock,
         observer: Observer | None,
         findings: FindingsFile,
+        service: Service,
     ) -> None:
-        self._config = config
-        self._clock = clock
-        self._observer = observer
-        self._findings = findings
-        self._pipeline = pipeline
-        self._memory = Memory(config.files.state)
-        self._judging = Judging(pipeline, clock, self._record_all, self._tell)
-        self._buses = [_CanSource(bus, config, clock, self._take) for bus in config.can]
+        self._config, self._clock, self._pipeline, self._service = config, clock, pipeline, service
+        self._memory = Memory(config.files.state, config.files.young_s, clock.now)
+        self._buses = [CanSource(bus, config, clock, self._take) for bus in config.can]
         self._companion = Companion(config, clock, self._take) if config.mavlink else None
+        self._outlet = Outlet(
+            findings,
+            config.files.findings,
+            [self._hear_answer] if observer is None else [self._hear_answer, observer],
+            None if self._companion is None else self._companion.send,
+            clock.now,
+        )
+        self._judging = Judging(pipeline, clock, self._record, self._tell)
+        self._operator = LocalOperator(watched_subjects(config), self._judging.put, clock.now)
+        self._control = ControlSocket(config.files.control, self._answer)
+        self._levels = pipeline.levels()
+        self._unopened = set(config.links())
+        self._ready = self._finished = False
         self._start_s = clock.now()
-        self._counts: Counter[str] = Counter()
-        self._lost: Counter[str] = Counter()
 
     async def run(self, stop: asyncio.Event, accept: asyncio.Event) -> Summary:
-        self._memory.recall(self._pipeline)
-        log.info(
-            "watching %s: %s over %s",
-            self._config.vehicle.name,
-            self._config.watched(),
-            ", ".join(_links(self._config)),
-        )
+        self._control.open()
         try:
+            self._memory.recall(self._pipeline)
+            watched, links = self._config.watched(), ", ".join(_links(self._config))
+            log.info("watching %s: %s over %s", self._config.vehicle.name, watched, links)
             await self._run_tasks(stop, accept)
         finally:
             self._finish()
@@ -134,21 +123,31 @@ class _Session:
 
     async def _run_tasks(self, stop: asyncio.Event, accept: asyncio.Event) -> None:
         async with asyncio.TaskGroup() as group:
-            tasks: list[asyncio.Task[Any]] = [
-                group.create_task(source.link.run(source.on_frames, self._on_state), name=f"link {source.link.name}")
-                for source in self._buses
-            ]
-            if self._companion is not None:
-                tasks.append(group.create_task(self._companion.run(self._on_state), name="link mavlink"))
-            tasks.append(group.create_task(self._judging.run(), name="pipeline"))
-            tasks.append(group.create_task(self._tick(), name="ticker"))
-            tasks.append(group.create_task(self._save(), name="state saver"))
-            tasks.append(group.create_task(self._accept(accept), name="operator"))
+            judging = group.create_task(self._judging.run(), name="pipeline")
+            tasks = [group.create_task(work, name=name) for name, work in self._tasks(accept)]
             await stop.wait()
             log.info("stopping")
-            await self._judging.close()  # while there is a link to tell the autopilot what is still found
+            self._service.stopping()
+            self._control.close()
+            await self._judging.close(CLOSE_S)  # while there is a link to tell the autopilot what is still found
+            judging.cancel()
+            await asyncio.wait([judging])
+            self._finish()  # before the links are closed: an adapter may hang then
             for task in tasks:
                 task.cancel()
+
+    def _tasks(self, accept: asyncio.Event) -> Iterator[tuple[str, Coroutine[Any, Any, None]]]:
+        for bus in self._buses:
+            yield f"link {bus.name}", bus.run(self._on_state)
+            yield f"load {bus.name}", bus.watch_load()
+        if self._companion is not None:
+            yield "link mavlink", self._companion.run(self._on_state)
+        yield "ticker", self._tick()
+        yield "state saver", self._save()
+        yield "operator", self._accept(accept)
+        yield "control", self._control.serve()
+
+    # From the links to the judging ----------------------------------------------------------------
 
     def _take(self, link: str, readings: Sequence[Reading]) -> None:
         self._judging.put(Arrival(link, readings))
@@ -156,33 +155,10 @@ class _Session:
     def _on_state(self, state: LinkState) -> None:
         word = "up" if state.up else "down"
         log.log(logging.INFO if state.up else logging.WARNING, "%s %s%s", state.link, word, _colon(state.detail))
+        self._unopened.discard(state.link)
         self._take(state.link, [state])
         if self._companion is not None:
             self._companion.on_state(state)
-
-    def _record_all(self, outcomes: Iterable[Outcome]) -> None:
-        for outcome in outcomes:
-            if isinstance(outcome, Finding):
-                self._record(outcome)
-
-    def _record(self, finding: Finding) -> None:
-        """A full disk must not end the watch: pilot and autopilot are told all the same."""
-        try:
-            self._findings.append(finding)
-        except OSError as error:
-            if not self._lost["finding not written"]:
-                log.error("findings cannot be written to %s: %s", self._config.files.findings, error)
-            self._lost["finding not written"] += 1
-
-    def _tell(self, outcomes: Iterable[Outcome]) -> None:
-        for outcome in outcomes:
-            if isinstance(outcome, Finding):
-                self._counts[outcome.level.name] += 1
-                log.log(LOG_LEVELS.get(outcome.severity, logging.INFO), "%s", _line(outcome))
-            elif isinstance(outcome, OutgoingMessage) and self._companion is not None:
-                self._companion.send(outcome)
-            if self._observer is not None:
-                self._observer(outcome)
 
     async def _tick(self) -> None:
         while True:
@@ -191,6 +167,49 @@ class _Session:
             self._judging.advance(now_s)
             if self._companion is not None:
                 self._companion.advance(now_s)
+
+    # From the judging to the world ----------------------------------------------------------------
+
+    def _record(self, outcomes: Sequence[Outcome]) -> None:
+        """In the judging's thread: nobody else may touch the pipeline."""
+        self._outlet.record(outcomes)
+        self._levels = self._pipeline.levels()
+
+    def _tell(self, outcomes: Sequence[Outcome]) -> None:
+        """After each turn of the judging, in the event loop: both are alive."""
+        self._outlet.tell(outcomes)
+        now_s = self._clock.now()
+        if not self._ready and (not self._unopened or now_s - self._start_s > READY_S):
+            self._ready = True
+            self._service.ready()
+        self._service.alive(now_s)
+        self._service.status(worst_first(self._levels), now_s)
+
+    # The operator ---------------------------------------------------------------------------------
+
+    async def _accept(self, accept: asyncio.Event) -> None:
+        while True:
+            await accept.wait()
+            accept.clear()
+            log.info("operator accepts all as it is")
+            self._operator.say(OperatorAct.ACCEPT, code_of(ALL))
+
+    def _hear_answer(self, outcome: Outcome) -> None:
+        if isinstance(outcome, CommandAck):
+            self._operator.hear(outcome)
+
+    async def _answer(self, request: Request) -> Answer:
+        if request.ask != STATUS:
+            log.info("operator: %s %s", request.ask, ", ".join(request.subjects))
+            return await self._operator.do(request)
+        now_s = self._clock.now()
+        return Answer(
+            ok=True,
+            levels={subject: level.name for subject, level in self._levels.items()},
+            texts=tuple(Said(now_s - said_s, one.severity, one.text) for said_s, one in self._outlet.texts),
+        )
+
+    # The state, and the end -----------------------------------------------------------------------
 
     async def _save(self) -> None:
         while True:
@@ -201,37 +220,29 @@ class _Session:
         self._memory.store(self._pipeline)
         return []
 
-    async def _accept(self, accept: asyncio.Event) -> None:
-        while True:
-            await accept.wait()
-            accept.clear()
-            log.info("operator accepts all as it is")
-            self._judging.put(self._accept_all)
-
-    def _accept_all(self) -> list[Outcome]:
-        now_s = self._clock.now()
-        return [outcome for one in self._pipeline.subjects for outcome in self._pipeline.accept(one, now_s)]
-
     def _finish(self) -> None:
         """After a cancellation or an error too, what has arrived is judged, and what was learnt is kept."""
-        self._judging.finish()
-        self._store()
+        if not self._finished:
+            self._finished = True
+            self._control.close()
+            self._judging.finish(FINISH_S)
+            self._store()
 
     def _summary(self) -> Summary:
-        drops = {source.link.name: source.drops() for source in self._buses}
-        frames = Counter({source.link.name: source.link.counters["frames"] for source in self._buses})
+        drops = {bus.name: bus.drops() for bus in self._buses}
+        frames = Counter({bus.name: bus.received for bus in self._buses})
         remarks = self._pipeline.remarks()
         if self._companion is not None:
-            drops["mavlink"] = self._companion.drops()
-            frames["mavlink"] = self._companion.received
+            drops[MAVLINK], frames[MAVLINK] = self._companion.drops(), self._companion.received
             remarks |= self._companion.remarks()
-        drops["pipeline"] = self._pipeline.drops() + self._lost + self._judging.lost
+        drops["control"] = self._control.drops
+        drops["pipeline"] = self._pipeline.drops() + self._outlet.lost + self._judging.lost
         return Summary(
             duration_s=self._clock.now() - self._start_s,
             behind_max_s=self._judging.behind_max_s,
             frames=frames,
             drops=drops,
-            findings=self._counts,
+            findings=self._outlet.counts,
             levels=self._pipeline.levels(),
             remarks=remarks,
             unjudged=[subject for subject, newest in self._pipeline.newest.items() if newest is None],
@@ -243,11 +254,6 @@ def _links(config: Config) -> Iterator[str]:
     yield from (f"{bus.name} ({bus.interface} {bus.channel})" for bus in config.can)
     if config.mavlink is not None:
         yield f"{MAVLINK} ({config.mavlink.endpoint})"
-
-
-def _line(finding: Finding) -> str:
-    """For the log: a note on a failsafe request says how it went, and not how well the vehicle is."""
-    return finding.text if finding.detector == "failsafe" else f"{finding.level.name}: {finding.text}"
 
 
 def _colon(detail: str) -> str:

@@ -1,4 +1,4 @@
-"""What was learnt, on disk: whole or not at all, and read back without trusting it.
+"""What a run leaves to the next, on disk: whole or not at all, and read back without trusting it.
 
 A line of JSON (format and SHA-256 of the rest), then a pickle of it. Reading admits the classes of this program,
 plain containers, filterpy's filter, and numpy's arrays and generators, and nothing else that a pickle could call.
@@ -11,14 +11,18 @@ import io
 import json
 import os
 import pickle
+from dataclasses import dataclass
 from enum import EnumType
 from pathlib import Path
 from typing import Any
 
 from gateway.channel import Learnt
+from gateway.moment import Moment
 
-FORMAT = "thruster-gateway state 2"
+FORMAT = "thruster-gateway state 3"
 OUR_PACKAGES = frozenset({"detectors", "gateway"})
+# values, and no drivers: those would open what they are for
+OUR_VALUES = frozenset({"drivers.readings", "drivers.mavlink.messages", "drivers.mavlink.command_exchange"})
 # a plain object of arrays, and the function by which it inverts them
 KALMAN_FILTER = frozenset({("filterpy.kalman.kalman_filter", "KalmanFilter"), ("numpy.linalg", "inv")})
 PLAIN = frozenset(
@@ -35,18 +39,35 @@ class StateError(Exception):
     """A state file that cannot be used: damaged, or of another program or version."""
 
 
-def save(path: Path, learnt: dict[str, Learnt]) -> None:
+@dataclass(frozen=True, slots=True)
+class State:
+    """What a run leaves to the next.
+
+    Attributes:
+        saved: when.
+        clock_s: the same by the clock of that run, which all its times are by.
+        learnt: by subject: that which does not age.
+        passing: what the supervisor knew then, of levels, acknowledgements and the like: that which does.
+    """
+
+    saved: Moment
+    clock_s: float
+    learnt: dict[str, Learnt]
+    passing: object = None
+
+
+def save(path: Path, state: State) -> None:
     """Writes the state in place of the old one; a crash leaves the old one.
 
     Raises:
         OSError: it cannot be written.
     """
-    write(path, pack(learnt))
+    write(path, pack(state))
 
 
-def pack(learnt: dict[str, Learnt]) -> bytes:
+def pack(state: State) -> bytes:
     """The bytes of a state file."""
-    payload = pickle.dumps(learnt)
+    payload = pickle.dumps(state)
     header = {"format": FORMAT, "sha256": hashlib.sha256(payload).hexdigest()}
     return json.dumps(header).encode() + b"\n" + payload
 
@@ -65,8 +86,8 @@ def write(path: Path, data: bytes) -> None:
     temporary.replace(path)
 
 
-def load(path: Path) -> dict[str, Learnt]:
-    """Reads a state file, by the names of the subjects; nothing learnt where there is none.
+def load(path: Path) -> State | None:
+    """Reads a state file; None where there is none.
 
     Raises:
         StateError: it is not one of ours, or damaged.
@@ -75,11 +96,11 @@ def load(path: Path) -> dict[str, Learnt]:
     try:
         data = path.read_bytes()
     except FileNotFoundError:
-        return {}
+        return None
     return unpack(data)
 
 
-def unpack(data: bytes) -> dict[str, Learnt]:
+def unpack(data: bytes) -> State:
     """Reads the bytes of a state file.
 
     Raises:
@@ -89,16 +110,27 @@ def unpack(data: bytes) -> dict[str, Learnt]:
     if _header(header) != {"format": FORMAT, "sha256": hashlib.sha256(payload).hexdigest()}:
         raise StateError("not a state file of this version, or damaged")
     try:
-        learnt = _Unpickler(io.BytesIO(payload)).load()
+        state = _Unpickler(io.BytesIO(payload)).load()
     except Exception as error:  # whatever a pickle of another version stumbles over
         raise StateError(f"cannot be read: {error}") from error
-    if not (isinstance(learnt, dict) and all(_is_learnt(*item) for item in learnt.items())):
+    if not (isinstance(state, State) and _is_dated(state) and _are_learnt(state.learnt)):
         raise StateError("holds something else")
-    return learnt
+    return state
 
 
-def _is_learnt(subject: object, value: object) -> bool:
-    return isinstance(subject, str) and isinstance(value, Learnt)
+def _is_dated(state: State) -> bool:
+    saved = state.saved
+    return (
+        isinstance(saved, Moment)
+        and isinstance(saved.boot, str)
+        and all(isinstance(time_s, float) for time_s in (saved.since_boot_s, saved.unix_s, state.clock_s))
+    )
+
+
+def _are_learnt(value: object) -> bool:
+    return isinstance(value, dict) and all(
+        isinstance(subject, str) and isinstance(one, Learnt) for subject, one in value.items()
+    )
 
 
 def _header(line: bytes) -> object:
@@ -118,7 +150,7 @@ def _member(kind: object, name: str) -> Any:
 class _Unpickler(pickle.Unpickler):
     def find_class(self, module: str, name: str) -> Any:
         package = module.partition(".")[0]
-        if package in OUR_PACKAGES and "." not in name:
+        if (package in OUR_PACKAGES or module in OUR_VALUES) and "." not in name:
             found = super().find_class(module, name)
             if isinstance(found, type) and found.__module__.startswith(f"{package}."):
                 return found

@@ -40,13 +40,13 @@ class Summary:
             f"received: {_listed(self.frames)}",
             *(f"dropped at {place}: {_listed(causes)}" for place, causes in self.drops.items() if causes),
             f"findings: {_listed(self.findings)}",
-            f"levels: {_worst_first(self.levels)}",
+            f"levels: {worst_first(self.levels)}",
             *(f"{subject}: {remark}" for subject, remark in self.remarks.items()),
             *([f"never judged: {', '.join(self.unjudged)}"] if self.unjudged else []),
         ]
 
 
-def _worst_first(levels: Mapping[str, Level]) -> str:
+def worst_first(levels: Mapping[str, Level]) -> str:
     """The subjects that are not NORMAL, by name: what is well need not be listed."""
     named = [subject for subject, level in levels.items() if level is not Level.NORMAL]
     if not named:

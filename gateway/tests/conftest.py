@@ -25,7 +25,10 @@ from detectors.navigation.installation import Installation
 from detectors.speed import PoseSample, SpeedCurve, SpeedVerdict
 from detectors.thruster.sample import FaultKind, ThrusterSample, ThrusterVerdict
 from detectors.verdict import Level
+from gateway import state
+from gateway.channel import Learnt
 from gateway.config import Config, parse
+from gateway.moment import present
 
 TWO_THRUSTERS = """
 [vehicle]
@@ -240,6 +243,11 @@ def write_forecast(path: Path, east_mps: float, start_s: float = FORECAST_START_
         for key, (towards, values) in names.items()
     }
     xarray.Dataset(variables, coordinates).to_netcdf(path, engine="h5netcdf")
+
+
+def over_the_disk(learnt: dict[str, Learnt]) -> dict[str, Learnt]:
+    """What was learnt, as the next run of the program reads it."""
+    return state.unpack(state.pack(state.State(present(), 1.7e9, learnt))).learnt
 
 
 @pytest.fixture

@@ -8,12 +8,11 @@ import pytest
 
 from detectors.verdict import Level
 from drivers.readings import Attitude, AutopilotHeartbeat, BodyVelocity, Inertial, WaterPressure
-from gateway import state
 from gateway.channel import NavigationJudgement
 from gateway.config import parse
 from gateway.findings import Finding
 from gateway.pipeline import Arrival, Factories, Pipeline
-from gateway.tests.conftest import NAVIGATION_WATCH, TWO_THRUSTERS, ThresholdDetector
+from gateway.tests.conftest import NAVIGATION_WATCH, TWO_THRUSTERS, ThresholdDetector, over_the_disk
 
 START_S = 1.7e9
 SPEED_MPS, G = 1.0, 9.80619  # at 45 degrees
@@ -101,11 +100,10 @@ def test_restored_from_a_snapshot_the_real_detector_goes_on_bit_for_bit(config_o
     assert repr(before + after) == repr(expected[: len(before) + len(after)])
 
 
-def test_what_was_learnt_of_the_installation_is_read_back_from_disk(config_once, tmp_path):
+def test_what_was_learnt_of_the_installation_is_read_back_from_disk(config_once):
     old, new = watching(config_once), watching(config_once)
     play(old, swim(12.0))
-    state.save(tmp_path / "state", old.learnt())
-    assert new.recall(state.load(tmp_path / "state")) == []
+    assert new.recall(over_the_disk(old.learnt())) == []
     learnt, recalled = old.learnt()["navigation"].detector, new.learnt()["navigation"].detector
     np.testing.assert_array_equal(recalled.values, learnt.values)
     outcomes = play(new, swim(12.0))

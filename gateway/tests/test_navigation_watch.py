@@ -26,15 +26,13 @@ from drivers.readings import (
     PositionFix,
     WaterPressure,
 )
-from gateway import state
 from gateway.channel import NavigationJudgement
 from gateway.config import Config, parse
 from gateway.findings import Finding
-from gateway.moment import present
 from gateway.pipeline import Arrival, Factories, Now, Pipeline
 from gateway.severity import Severity
 from gateway.supervision.actions import Action
-from gateway.tests.conftest import NAVIGATION_WATCH, TWO_THRUSTERS, CruiseDetector, ThresholdDetector
+from gateway.tests.conftest import NAVIGATION_WATCH, TWO_THRUSTERS, CruiseDetector, ThresholdDetector, over_the_disk
 from gateway.wiring import mavlink_decoder
 
 START_S = 1.7e9
@@ -340,13 +338,12 @@ def test_a_later_fix_far_away_is_the_detectors_to_judge(navigation_config):
 # What survives --------------------------------------------------------------------------------------
 
 
-def test_the_installation_survives_a_restart_of_the_program(navigation_config, tmp_path):
+def test_the_installation_survives_a_restart_of_the_program(navigation_config):
     old, new = watching(navigation_config), watching(navigation_config)
     play(old, dive(8.0))
     learnt = old.learnt()
     learnt["navigation"].detector.values[0] = -1.85
-    state.save(tmp_path / "state", state.State(present(), learnt))
-    assert new.recall(state.load(tmp_path / "state").learnt) == []
+    assert new.recall(over_the_disk(learnt)) == []
     play(new, dive(8.0, begin_s=1000.0))
     recalled = new.learnt()["navigation"].detector
     assert recalled.values[0] == -1.85

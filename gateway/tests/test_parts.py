@@ -7,6 +7,7 @@ import pickle
 import re
 import subprocess
 from collections import OrderedDict
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,13 +18,18 @@ from detectors.speed import PoseSample
 from detectors.thruster import ThrusterConfig, ThrusterDetector
 from detectors.thruster.sample import FaultKind, ThrusterSample
 from detectors.verdict import Level
-from drivers.readings import LinkState
+from drivers.can.bus import CanLink
+from drivers.mavlink.link import MavlinkLink
+from drivers.mavlink.messages import StatusText
+from drivers.readings import AutopilotHeartbeat, LinkState, OperatorAct
 from gateway import state, texts
 from gateway.channel import Learnt, SpeedJudgement
 from gateway.findings import Finding, FindingsFile
+from gateway.moment import Moment, present
 from gateway.rules import observations
 from gateway.severity import Severity
 from gateway.silence import SilenceWatch, Watched
+from gateway.state import State
 from gateway.summary import Summary
 from gateway.tests.conftest import ThresholdDetector, speed_verdict, verdict
 from gateway.timeline import Timeline
@@ -264,6 +270,9 @@ def test_summary_names_only_what_is_not_normal_the_worst_first(last, line):
     assert line in Summary(levels=last).lines()
 
 
+NOW = Moment("this boot", 1000.0, 1.7e9)
+
+
 def learnt() -> dict[str, Learnt]:
     detector = ThresholdDetector()
     detector.memory = OrderedDict(curve=np.arange(3.0), generator=np.random.default_rng(1), level=Level.FAULT)
@@ -272,8 +281,10 @@ def learnt() -> dict[str, Learnt]:
 
 def test_state_comes_back_whole(tmp_path):
     path = tmp_path / "state"
-    state.save(path, learnt())
-    back = state.load(path)["thruster 3"]
+    state.save(path, State(NOW, 1.7e9, learnt(), [Level.FAULT]))
+    whole = state.load(path)
+    assert (whole.saved, whole.passing) == (NOW, [Level.FAULT])
+    back = whole.learnt["thruster 3"]
     assert (back.sources, back.alignment) == ("sources", 50.0)
     assert back.detector.memory["curve"].tolist() == [0.0, 1.0, 2.0]
     assert back.detector.memory["generator"].random() == np.random.default_rng(1).random()
@@ -288,14 +299,18 @@ def test_real_detector_comes_back_from_disk_and_goes_on_the_same(method):
     samples = [ThrusterSample(n / 50, u, 3000.0 * u + chance.normal(0.0, 5.0)) for n, u in enumerate(commands)]
     for sample in samples[:700]:
         detector.update(sample)
-    back = state.unpack(state.pack({"thruster 1": Learnt("", "", 50.0, detector)}))["thruster 1"].detector
+    back = (
+        state.unpack(state.pack(State(NOW, 1.7e9, {"thruster 1": Learnt("", "", 50.0, detector)})))
+        .learnt["thruster 1"]
+        .detector
+    )
     assert [repr(back.update(sample)) for sample in samples[700:]] == [
         repr(detector.update(sample)) for sample in samples[700:]
     ]
 
 
 def test_no_state_is_nothing_learnt(tmp_path):
-    assert state.load(tmp_path / "none") == {}
+    assert state.load(tmp_path / "none") is None
 
 
 class Evil:
@@ -304,16 +319,56 @@ class Evil:
 
 
 @pytest.mark.parametrize(
-    "content", [{"a": "text"}, [1], {"a": Evil()}, {"a": pickle.dumps}, {"a": np.save}, {3: Learnt("", "", None, 0)}]
+    "content",
+    [
+        *({"a": "text"}, [1], {"a": Evil()}, {"a": pickle.dumps}, {"a": np.save}, {3: Learnt("", "", None, 0)}),
+        *({"a": CanLink}, {"a": MavlinkLink}, {"a": open}, {"a": Path}),
+    ],
 )
 def test_state_with_something_else_inside_is_refused(content):
+    with pytest.raises(state.StateError):
+        state.unpack(state.pack(State(NOW, 1.7e9, content)))
     with pytest.raises(state.StateError):
         state.unpack(state.pack(content))
 
 
+@pytest.mark.parametrize("saved", [None, "3.0", Moment(1, 2.0, 3.0), Moment("boot", None, 3.0), Moment("", 2.0, "3")])
+def test_state_of_no_time_is_refused(saved):
+    with pytest.raises(state.StateError, match="something else"):
+        state.unpack(state.pack(State(saved, 1.7e9, learnt())))
+    with pytest.raises(state.StateError, match="something else"):
+        state.unpack(state.pack(State(NOW, saved, learnt())))
+
+
+def test_values_of_the_drivers_may_be_in_it():
+    said = AutopilotHeartbeat(1.0, 1, 1, 3, 12, True, 19, 4), StatusText(6, "text"), OperatorAct.MUTE
+    assert state.unpack(state.pack(State(NOW, 1.7e9, {}, said))).passing == said
+
+
+@pytest.mark.parametrize(
+    ("now", "age_s"),
+    [
+        (Moment("this boot", 1034.0, 5.0), 34.0),  # whatever the wall clock was set to meanwhile
+        (NOW, 0.0),
+        (Moment("next boot", 1034.0, 1.7e9 + 34.0), None),  # a clock without a battery would say 34 s
+        (Moment("this boot", 999.0, 1.7e9 + 34.0), None),
+        (Moment("this boot", math.nan, 1.7e9), None),
+    ],
+)
+def test_age_is_known_within_one_boot(now, age_s):
+    assert NOW.age_s(now) == age_s
+
+
+def test_this_machine_tells_its_moments_apart():
+    before = present()
+    age_s = before.age_s(present())
+    assert age_s is not None and 0.0 <= age_s < 5.0
+    assert before.date().startswith("20") and Moment("", 0.0, math.inf).date() == "inf s"
+
+
 @given(st.binary(max_size=60), st.integers(0, 2000), st.integers(0, 255))
 def test_damaged_state_is_refused(garbage, place, byte):
-    whole = state.pack(learnt())
+    whole = state.pack(State(NOW, 1.7e9, learnt()))
     place %= len(whole)
     damaged = whole[:place] + bytes([byte]) + whole[place + 1 :]
     for data in (garbage, damaged if damaged != whole else b"", whole[:place]):

@@ -36,6 +36,7 @@ class Vehicle:
     def __init__(self, port: int) -> None:
         self.share = 1.0  # of its speed that thruster 2 still reaches
         self.speed_mps = 1.0  # to the north
+        self.mode = 19  # MANUAL
         self._north_m, self._moved_s, self._start_s = 0.0, time.monotonic(), time.monotonic()
         self.bus = can.Bus(interface="virtual", channel="gateway tests")
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -73,7 +74,7 @@ class Vehicle:
         if n % 5 == 0:
             self.move()
         if n % 10 == 0:
-            self.send(dialect.MAVLink_heartbeat_message(12, 3, 0x81, 19, 4, 3))
+            self.send(dialect.MAVLink_heartbeat_message(12, 3, 0x81, self.mode, 4, 3))
         self.receive()
 
     def move(self) -> None:
@@ -102,6 +103,8 @@ class Vehicle:
                 self.states.append(message.system_status)
             case "COMMAND_LONG":
                 self.commands.append((message.command, message.param1, message.param2))
+                if message.command == dialect.MAV_CMD_DO_SET_MODE:
+                    self.mode = int(message.param2)
                 self.send(dialect.MAVLink_command_ack_message(message.command, 0))
 
 
@@ -137,7 +140,7 @@ def port() -> int:
 @pytest.fixture
 def live_config(tmp_path, port) -> Config:
     text = TWO_THRUSTERS.replace("udpin:127.0.0.1:0", f"udpin:127.0.0.1:{port}")
-    return parse(text + '[failsafe]\nthruster_fault = "hold"\n[files]\nsave_every_s = 1', tmp_path)
+    return parse(text + '[failsafe]\nthruster_fault = "hold"\ndelay_s = 0\n[files]\nsave_every_s = 1', tmp_path)
 
 
 async def test_fault_on_the_bus_arrives_as_statustext_and_failsafe(live_config, port, caplog):
@@ -149,29 +152,31 @@ async def test_fault_on_the_bus_arrives_as_statustext_and_failsafe(live_config, 
         )
         judged = lambda: sum(isinstance(outcome, ThrusterJudgement) for outcome in outcomes)  # noqa: E731
         await until(lambda: judged() > 200)
-        assert simulated.texts == []
+        assert simulated.texts == [(6, "Watching thrusters 1, 2")]
+        simulated.texts.clear()
         simulated.share, start_s = 0.7, clock.now()
         await until(lambda: simulated.texts)
         assert clock.now() - start_s < 1.0
-        await until(lambda: 5 in simulated.states and len(simulated.texts) >= 2)
+        await until(lambda: 5 in simulated.states and len(simulated.texts) >= 2 and simulated.mode == 2)
+        await until(lambda: any(text.startswith("Hold done") for _, text in simulated.texts))
         stop.set()
         summary = await running
     assert simulated.texts[0][0] == 2 and simulated.texts[0][1].startswith("T2 entangled? ")
-    assert simulated.texts[1] == (4, "T2 failsafe hold: accepted")
+    assert (2, "Hold done for T2") in simulated.texts
     assert (176, 1.0, 2.0) in simulated.commands
     assert {command for command, *_ in simulated.commands} == {511, 176}
-    assert simulated.states[0] == 4 and simulated.states[-1] == 5
+    assert simulated.states[0] in (1, 4) and simulated.states[-1] == 5
     assert summary.levels["thruster 2"].name == "FAULT" and summary.findings["FAULT"] == 1
     assert summary.frames["can0"] > 500 and summary.frames["mavlink"] > 50
     lines = [json.loads(line) for line in live_config.files.findings.read_text().splitlines()]
     (fault,) = [line for line in lines if line["level"] == "FAULT"]
     assert (fault["subject"], fault["text"], fault["severity"]) == ("thruster 2", simulated.texts[0][1], "CRITICAL")
-    assert sorted(state.load(live_config.files.state)) == ["thruster 1", "thruster 2"]
+    assert sorted(state.load(live_config.files.state).learnt) == ["thruster 1", "thruster 2"]
     assert any("autopilot ArduSub, system 1" in record.message for record in caplog.records)
     messages = [record.message for record in caplog.records]
     assert any(message.startswith("FAULT: T2 entangled?") for message in messages)
-    assert "T2 failsafe hold: accepted" in messages
-    assert [line["level"] for line in lines if line["text"] == "T2 failsafe hold: accepted"] == ["NORMAL"]
+    assert "Hold done for T2" in messages
+    assert {line["detector"] for line in lines if line["text"] == "Hold done for T2"} == {"failsafe"}
 
 
 async def test_slow_vehicle_is_told_and_its_normal_speed_kept(live_config, port, caplog):
@@ -189,7 +194,7 @@ async def test_slow_vehicle_is_told_and_its_normal_speed_kept(live_config, port,
         summary = await running
     assert summary.levels["vehicle"].name == "FAULT"
     assert "vehicle: positions from LOCAL_POSITION_NED" in summary.lines()
-    assert sorted(state.load(live_config.files.state)) == ["thruster 1", "thruster 2", "vehicle"]
+    assert sorted(state.load(live_config.files.state).learnt) == ["thruster 1", "thruster 2", "vehicle"]
     assert any("thrusters 1, 2 and speed over can0" in record.message for record in caplog.records)
 
 
@@ -218,7 +223,7 @@ async def test_corrupt_state_is_set_aside_and_not_fatal(live_config, caplog):
     assert summary.duration_s < 5.0
     assert (live_config.files.state.parent / "vehicle.state.aside").read_bytes() == b"garbage"
     assert any("kept as vehicle.state.aside" in record.message for record in caplog.records)
-    assert sorted(state.load(live_config.files.state)) == ["thruster 1", "thruster 2"]
+    assert sorted(state.load(live_config.files.state).learnt) == ["thruster 1", "thruster 2"]
 
 
 async def test_state_that_cannot_be_saved_is_told_once_and_not_fatal(live_config, tmp_path, caplog):
@@ -250,7 +255,7 @@ async def test_operator_accepts(live_config, port):
         )
         await until(lambda: len(outcomes) > 200)
         simulated.share = 0.7
-        await until(lambda: simulated.texts)
+        await until(lambda: any(text.startswith("T2 entangled") for _, text in simulated.texts))
         accept.set()
         await until(lambda: (5, "T2 fault cleared: operator accepted") in simulated.texts)
         stop.set()

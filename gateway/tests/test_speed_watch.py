@@ -29,14 +29,20 @@ from drivers.readings import (
     ThrusterCommand,
     ThrusterReport,
 )
-from gateway import state
 from gateway.channel import SpeedJudgement
 from gateway.config import Config, parse
 from gateway.findings import Finding
 from gateway.pipeline import Arrival, Factories, Now, Pipeline
 from gateway.severity import Severity
 from gateway.supervision.actions import Action
-from gateway.tests.conftest import FULL_RPM, SPEED_WATCH, TWO_THRUSTERS, GroundSpeedDetector, ThresholdDetector
+from gateway.tests.conftest import (
+    FULL_RPM,
+    SPEED_WATCH,
+    TWO_THRUSTERS,
+    GroundSpeedDetector,
+    ThresholdDetector,
+    over_the_disk,
+)
 from gateway.wiring import mavlink_decoder
 
 START_S = 1.7e9
@@ -266,7 +272,7 @@ def test_what_was_learnt_is_recalled_where_it_fits(speed_config):
 def test_recalled_fault_is_not_told_without_new_evidence_and_an_earlier_clock_works(speed_config):
     old, new = Pipeline(speed_config), Pipeline(speed_config)
     assert faults(play(old, sail(75.0, fault_s=55.0, flow_mps=FLOW_MPS)))
-    assert new.recall(state.unpack(state.pack(old.learnt()))) == []
+    assert new.recall(over_the_disk(old.learnt())) == []
     before = later(sail(8.0, flow_mps=FLOW_MPS), -1.6e9)
     outcomes = play(new, before)
     assert faults(outcomes) == [] and new.drops()["speed: late or repeated"] == 0
@@ -315,9 +321,9 @@ def test_real_detector_comes_back_from_disk_and_goes_on_the_same(tmp_path, estim
     config, arrivals = parse(text, tmp_path), sail(12.0, flow_mps=FLOW_MPS)
     watched = Pipeline(config, Factories(thruster=ThresholdDetector))
     play(watched, arrivals[:400])
-    back = state.unpack(state.pack(watched.learnt()))["vehicle"]
+    back = over_the_disk(watched.learnt())["vehicle"]
     samples = [judgement.sample for judgement in judged(play(watched, arrivals[400:]))]
-    detector = state.unpack(state.pack({"vehicle": back}))["vehicle"].detector
+    detector = over_the_disk({"vehicle": back})["vehicle"].detector
     assert [repr(detector.update(sample)) for sample in samples] == [repr(back.detector.update(s)) for s in samples]
     assert len(samples) > 15
 

@@ -1,0 +1,94 @@
+"""A CAN bus of the vehicle: its link, its decoder, and how much it has to carry."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import Counter
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from drivers.can.bus import CanLink
+from drivers.can.frame import CanFrame
+from drivers.can.load import BitRates, BusLoadMeter
+from drivers.can.network_interface import bit_rates, traffic
+from drivers.clock import Clock
+from drivers.readings import BusLoad, LinkState, Reading
+from gateway.config import Config
+from gateway.config_sections import CanBus
+from gateway.wiring import can_decoder
+
+Take = Callable[[str, Sequence[Reading]], None]
+
+LOAD_PERIOD_S = 1.0
+SOCKETCAN = "socketcan"
+
+
+class CanSource:
+    """A CAN bus and its decoder.
+
+    Args:
+        bus: of the configuration.
+        config: the rest of it.
+        clock: stamps what is received.
+        take: gets the readings.
+    """
+
+    def __init__(self, bus: CanBus, config: Config, clock: Clock, take: Take) -> None:
+        self._bus, self._clock, self._take = bus, clock, take
+        self._decoder = can_decoder(bus, config.thruster)
+        options: dict[str, Any] = {} if bus.bitrate is None else {"bitrate": bus.bitrate}
+        self._link = CanLink(bus.name, bus.interface, bus.channel, self._decoder.filters(), clock, **options)
+        self._meter: BusLoadMeter | None = None
+
+    @property
+    def name(self) -> str:
+        """Of the bus, in the configuration."""
+        return self._bus.name
+
+    @property
+    def received(self) -> int:
+        """Frames so far."""
+        return self._link.counters["frames"]
+
+    async def run(self, on_state: Callable[[LinkState], None]) -> None:
+        """Keeps the link alive until it is cancelled."""
+        await self._link.run(self._on_frames, on_state)
+
+    async def watch_load(self) -> None:
+        """Says once a second how busy the bus is, where its bit rate is known, until it is cancelled."""
+        connections = 0
+        while True:
+            await asyncio.sleep(LOAD_PERIOD_S)
+            if self._link.counters["connections"] != connections:  # it may have been set to another rate meanwhile
+                connections = self._link.counters["connections"]
+                rates = await self._bit_rates()
+                self._meter = None if rates is None else BusLoadMeter(rates)
+            self._measure()
+
+    def drops(self) -> Counter[str]:
+        """What was thrown away, and what was wrong with the bus, by cause."""
+        trouble = {name: n for name, n in self._link.counters.items() if name not in ("frames", "connections")}
+        return self._decoder.drops + Counter(trouble)
+
+    def _on_frames(self, frames: list[CanFrame]) -> None:
+        if self._meter is not None:
+            self._meter.read(frames)
+        readings = [reading for frame in frames for reading in self._decoder.decode(frame)]
+        if readings:
+            self._take(self.name, readings)
+
+    def _measure(self) -> None:
+        if self._meter is None:
+            return
+        counted = traffic(self._bus.channel) if self._bus.interface == SOCKETCAN else None
+        time_s = self._clock.now()
+        share = self._meter.share(time_s, counted)
+        if share is not None:
+            self._take(self.name, [BusLoad(time_s, self.name, share)])
+
+    async def _bit_rates(self) -> BitRates | None:
+        """As the interface is set, else as configured; of a bus with neither, the load is not known."""
+        found = await bit_rates(self._bus.channel) if self._bus.interface == SOCKETCAN else None
+        if found is None and self._bus.bitrate is not None:
+            return BitRates(self._bus.bitrate)
+        return found

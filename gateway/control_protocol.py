@@ -1,0 +1,143 @@
+"""What is said over the control socket: a line of JSON asks, a line of JSON answers."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import isfinite
+from typing import Any
+
+from drivers.readings import OperatorAct
+from gateway.operator import MUTE_MAX_S
+
+LINE_MAX = 16_384  # bytes
+STATUS = "status"
+ACTS: Mapping[str, OperatorAct] = {act.name.lower(): act for act in OperatorAct}
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """What the operator wants.
+
+    Attributes:
+        ask: "status", or one of `ACTS`.
+        subjects: as the findings call them, or "all"; of "status" none.
+        duration_s: for how long ("mute"); 0 = as long as is usual.
+
+    Raises:
+        ValueError: anything else.
+    """
+
+    ask: str
+    subjects: tuple[str, ...] = ()
+    duration_s: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.ask != STATUS and self.ask not in ACTS:
+            raise ValueError(f"ask = {self.ask!r}: want one of {', '.join((STATUS, *ACTS))}")
+        if (self.ask == STATUS) == bool(self.subjects):
+            wanted = "none" if self.ask == STATUS else "at least one"
+            raise ValueError(f"subjects = {list(self.subjects)}: want {wanted} with {self.ask}")
+        if not (isfinite(self.duration_s) and 0.0 <= self.duration_s <= MUTE_MAX_S):
+            raise ValueError(f"duration_s = {self.duration_s}: want 0 to {MUTE_MAX_S:.0f} s")
+
+    def line(self) -> bytes:
+        """For the socket."""
+        return _line({"ask": self.ask, "subjects": list(self.subjects), "duration_s": self.duration_s})
+
+    @classmethod
+    def parse(cls, line: bytes) -> Request:
+        """Reads what came over the socket.
+
+        Raises:
+            ValueError: it is no request.
+        """
+        table = _table(line)
+        unknown = sorted(set(table) - {"ask", "subjects", "duration_s"})
+        if unknown:
+            raise ValueError(f"unknown: {', '.join(unknown)}; want ask, subjects, duration_s")
+        ask, subjects, duration_s = table.get("ask"), table.get("subjects", []), table.get("duration_s", 0.0)
+        if not isinstance(ask, str):
+            raise ValueError(f"ask = {ask!r}: want a word")
+        if not (isinstance(subjects, list) and all(isinstance(one, str) for one in subjects)):
+            raise ValueError("subjects: want a list of words")
+        if isinstance(duration_s, bool) or not isinstance(duration_s, int | float):
+            raise ValueError(f"duration_s = {duration_s!r}: want a number")
+        return cls(ask, tuple(subjects), _seconds(duration_s))
+
+
+@dataclass(frozen=True, slots=True)
+class Said:
+    """A text that the pilot was told.
+
+    Attributes:
+        age_s: how long ago.
+        severity: MAV_SEVERITY.
+        text: as he read it.
+    """
+
+    age_s: float
+    severity: int
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What the gateway answers.
+
+    Attributes:
+        ok: it was done.
+        lines: what was done, or why not.
+        levels: of "status": the level of every subject.
+        texts: of "status": the newest texts, the last one last.
+    """
+
+    ok: bool
+    lines: tuple[str, ...] = ()
+    levels: Mapping[str, str] = field(default_factory=dict)
+    texts: tuple[Said, ...] = ()
+
+    def line(self) -> bytes:
+        """For the socket."""
+        texts = [{"age_s": one.age_s, "severity": one.severity, "text": one.text} for one in self.texts]
+        return _line({"ok": self.ok, "lines": list(self.lines), "levels": dict(self.levels), "texts": texts})
+
+    @classmethod
+    def parse(cls, line: bytes) -> Answer:
+        """Reads what came over the socket.
+
+        Raises:
+            ValueError: it is no answer.
+        """
+        table = _table(line)
+        try:
+            return cls(
+                ok=bool(table["ok"]),
+                lines=tuple(map(str, table["lines"])),
+                levels={str(subject): str(level) for subject, level in table["levels"].items()},
+                texts=tuple(Said(float(o["age_s"]), int(o["severity"]), str(o["text"])) for o in table["texts"]),
+            )
+        except (LookupError, TypeError, AttributeError, OverflowError) as error:
+            raise ValueError(f"no answer of a gateway: {error!r}") from error
+
+
+def _line(table: Mapping[str, Any]) -> bytes:
+    return json.dumps(table).encode() + b"\n"
+
+
+def _table(line: bytes) -> dict[str, Any]:
+    try:
+        table = json.loads(line)
+    except (ValueError, RecursionError) as error:
+        raise ValueError(f"no JSON: {error}") from error
+    if not isinstance(table, dict):
+        raise ValueError(f"a {type(table).__name__}: want a JSON object")
+    return table
+
+
+def _seconds(value: int | float) -> float:
+    try:
+        return float(value)
+    except OverflowError as error:
+        raise ValueError("duration_s: too large") from error
