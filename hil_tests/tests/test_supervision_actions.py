@@ -14,11 +14,12 @@ from hil_tests.rig.commander import Commander, Estimates
 from hil_tests.rig.commands import Command, Result
 from hil_tests.rig.conduct import NOT_SHOWN, SILENCE, Reply
 from hil_tests.rig.px4 import MainMode, Px4
-from hil_tests.tests.scene import configuration
+from hil_tests.tests.scene import Scene, configuration
 from hil_tests.tests.virtual_rig import VirtualRig
 
 HEALTHY_S = 7.0  # the detectors' stand-ins learn for five
-LONG_S = 70.0  # longer than any interval by default
+SOON_S = 35.0  # longer than between two repetitions
+LONG_S = 70.0  # longer than between two requests
 HOLD = 'thruster_fault = ["hold"]\n'
 NO_DELAY = "delay_s = 0\n"
 
@@ -31,11 +32,12 @@ class Kind:
     hold: object
     hold_number: float
     manual: object
+    manual_number: float
     others: object  # a mode that only a pilot chooses
 
 
-ARDUSUB = Kind(ArduSub, Mode.ALT_HOLD, 2.0, Mode.MANUAL, Mode.STABILIZE)
-PX4 = Kind(Px4, MainMode.ALTCTL, 2.0, MainMode.MANUAL, MainMode.ACRO)
+ARDUSUB = Kind(ArduSub, Mode.ALT_HOLD, 2.0, Mode.MANUAL, 19.0, Mode.STABILIZE)
+PX4 = Kind(Px4, MainMode.ALTCTL, 2.0, MainMode.MANUAL, 1.0, MainMode.ACRO)
 
 
 @pytest.fixture(params=[ARDUSUB, PX4], ids=["ardusub", "px4"])
@@ -59,7 +61,7 @@ def modes_asked(rig: VirtualRig) -> list[float]:
 def test_by_default_it_only_advises(kind, tmp_path):
     rig = rig_of(kind, tmp_path, "")
     rig.scene.entangle(1, 2)
-    rig.run(LONG_S)
+    rig.run(SOON_S)
     assert rig.asked == []
     assert {command.command for command in rig.autopilot.notes.commands} <= {511}
     assert sum(text.severity == 2 for text in rig.texts) == 2
@@ -102,6 +104,21 @@ def test_a_pilot_who_changes_the_mode_afterwards_is_not_fought(kind, tmp_path):
     rig.run(LONG_S)
     assert len(rig.asked) == 1
     assert rig.commander.mode is kind.manual
+    assert rig.said("gateway keeps out")
+
+
+def test_a_pilot_who_changed_the_mode_is_not_fought_for_something_worse_either(kind, tmp_path):
+    rig = rig_of(kind, tmp_path, 'thruster_fault = ["manual"]\nthrusters_fault = ["hold"]\n' + NO_DELAY)
+    rig.commander.mode = kind.hold
+    rig.run(2.0)
+    rig.scene.entangle(1)
+    assert rig.run(10.0, lambda: rig.said("Manual done for T1"))
+    rig.commander.mode = kind.others
+    rig.run(5.0)
+    rig.scene.entangle(2)
+    rig.run(LONG_S)
+    assert modes_asked(rig) == [kind.manual_number]
+    assert rig.commander.mode is kind.others
 
 
 def test_after_all_was_well_the_next_fault_is_acted_on_again(kind, tmp_path):
@@ -122,7 +139,7 @@ def test_nothing_is_asked_of_an_autopilot_in_its_own_failsafe(kind, tmp_path):
     rig.commander.failsafe = True
     rig.run(2.0)
     rig.scene.entangle(1)
-    rig.run(LONG_S)
+    rig.run(SOON_S)
     assert rig.asked == []
     assert rig.said("its own failsafe is active")
     assert rig.said("T1 entangled")
@@ -140,7 +157,7 @@ def test_a_failsafe_of_its_own_in_the_delay_stops_ours(kind, tmp_path):
 def test_nothing_is_asked_of_a_disarmed_vehicle(kind, tmp_path):
     rig = rig_of(kind, tmp_path, armed=False)
     rig.scene.entangle(1)
-    rig.run(LONG_S)
+    rig.run(SOON_S)
     assert rig.asked == []
 
 
@@ -149,7 +166,7 @@ def test_disarming_in_the_delay_cancels(kind, tmp_path):
     rig.scene.entangle(1)
     assert rig.run(2.0, lambda: rig.said("Hold in 5 s for T1"))
     rig.commander.armed = False
-    rig.run(LONG_S)
+    rig.run(SOON_S)
     assert rig.asked == []
     assert rig.said("Hold cancelled")
 
@@ -239,7 +256,7 @@ def test_a_mode_that_needs_what_the_autopilot_does_not_know_is_followed_by_the_n
 def test_with_both_verticals_dead_hold_is_not_asked_for(kind, tmp_path):
     rig = rig_of(kind, tmp_path)
     rig.scene.entangle(3, 4)
-    rig.run(LONG_S)
+    rig.run(SOON_S)
     assert rig.asked == []
     assert rig.said("no vertical thrust")
 
@@ -264,7 +281,7 @@ def test_an_operator_who_acknowledges_in_the_delay_prevents_it(kind, tmp_path):
     rig.scene.entangle(1)
     assert rig.run(2.0, lambda: rig.said("Hold in 5 s for T1"))
     rig.operator(OperatorAct.ACKNOWLEDGE, 1.0)
-    rig.run(LONG_S)
+    rig.run(SOON_S)
     assert rig.asked == []
     told = [text.text for text in rig.texts if text.severity <= 4 and "T1 entangled" in text.text]
     assert len(told) == 1  # once acknowledged, it is not repeated
@@ -277,7 +294,7 @@ def test_two_kinds_of_evidence_surface_the_vehicle(tmp_path):
     assert rig.run(15.0, lambda: rig.said("Surface done"))
     assert modes_asked(rig)[-1] == 9.0
     assert rig.run(60.0, lambda: rig.commander.mode is Mode.ALT_HOLD)  # it is up
-    rig.run(LONG_S)
+    rig.run(SOON_S)
     assert modes_asked(rig).count(9.0) == 1
     assert rig.scene.motion.down_m < 0.5
     assert not rig.said("gateway keeps out")
@@ -286,13 +303,15 @@ def test_two_kinds_of_evidence_surface_the_vehicle(tmp_path):
 def test_one_kind_of_evidence_holds_and_does_not_surface(tmp_path):
     rig = rig_of(ARDUSUB, tmp_path, 'thruster_fault = ["surface", "hold"]\n' + NO_DELAY, speed=True)
     rig.scene.entangle(1)
-    rig.run(LONG_S)
+    rig.run(SOON_S)
     assert modes_asked(rig) == [2.0]
 
 
 def test_surface_at_the_surface_shows_as_alt_hold(tmp_path):
     rig = VirtualRig(
-        configuration(tmp_path, 'thruster_fault = ["surface"]\n' + NO_DELAY, speed=True), ArduSub(), depth_m=0.1
+        configuration(tmp_path, 'thruster_fault = ["surface"]\n' + NO_DELAY, speed=True),
+        ArduSub(),
+        scene=Scene(depth_m=0.1),
     )
     rig.run(HEALTHY_S)
     rig.scene.entangle(1)
@@ -340,7 +359,7 @@ def test_another_autopilot_gets_advice_only_and_is_told_so(make, tmp_path):
     rig = VirtualRig(configuration(tmp_path, HOLD + NO_DELAY), make())
     rig.run(HEALTHY_S)
     rig.scene.entangle(1)
-    rig.run(LONG_S)
+    rig.run(SOON_S)
     assert rig.asked == []
     assert rig.said("T1 entangled")
     assert rig.said("autopilot not known")

@@ -17,7 +17,7 @@ from drivers.mavlink.streams import StreamRequests
 from drivers.readings import Reading
 from gateway.config import Config
 from gateway.findings import Finding
-from gateway.pipeline import Outcome, Pipeline
+from gateway.pipeline import Factories, Outcome, Pipeline
 from gateway.streams import streams
 from gateway.wiring import mavlink_decoder
 from hil_tests.rig.commander import Commander
@@ -40,7 +40,8 @@ class VirtualRig:
         commander: of the autopilot.
         conditions: of the MAVLink link, each way.
         seed: of the link.
-        depth_m: of the vehicle at first.
+        scene: the vehicle; None: one whose trouble is as the test says.
+        factories: of the detectors; they are stand-ins unless given.
 
     Attributes:
         time_s: now.
@@ -57,10 +58,11 @@ class VirtualRig:
         commander: Commander,
         conditions: LinkConditions = IDEAL,
         seed: int = 0,
-        depth_m: float = 8.0,
+        scene: Scene | None = None,
+        factories: Factories = STAND_INS,
     ) -> None:
         self.time_s = START_S
-        self.scene = Scene(depth_m)
+        self.scene = Scene() if scene is None else scene
         self.commander = commander
         self.up, self.down = Line(conditions, 2 * seed), Line(conditions, 2 * seed + 1)
         self.autopilot = MavlinkAutopilot(self._to_gateway, commander, SYSTEM_ID)
@@ -68,7 +70,7 @@ class VirtualRig:
         self.sent: list[OutgoingMessage] = []
         self.echo = False
         self._beside: list[MavlinkAutopilot] = []
-        self._pipeline = Pipeline(config, STAND_INS)
+        self._pipeline = Pipeline(config, factories)
         self._decoder = mavlink_decoder(config.mavlink, config.thruster)
         self._encoder = MavlinkEncoder(SYSTEM_ID, COMPONENT_ID)
         self._requests = StreamRequests(partial(streams, config))
