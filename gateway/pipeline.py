@@ -46,6 +46,7 @@ from gateway.navigation_channel import NavigationChannel
 from gateway.operator import OperatorDesk
 from gateway.rules import observations, silence_watch, supervisor
 from gateway.sensor_watch import NavigationFactory
+from gateway.silence import AUTOPILOT
 from gateway.speed_channel import SpeedChannel, SpeedFactory
 from gateway.supervisor import Memory, Outgoing
 from gateway.thruster_channel import ThrusterChannel, ThrusterFactory
@@ -250,6 +251,7 @@ class Pipeline:
         """What is no sample of a detector: autopilot, operator, links, this machine."""
         match reading:
             case AutopilotHeartbeat():
+                self._silence.hear_signal(AUTOPILOT, reading.time_s)
                 yield from self._supervisor.heartbeat(reading)
                 for over in self._conflicts.heartbeat(reading.time_s):
                     yield from self._supervisor.observe(over)

@@ -17,7 +17,7 @@ from gateway.config_sections import Supervisor as SupervisorTable
 from gateway.load_observations import GATEWAY
 from gateway.observation import Observation
 from gateway.sensor_observations import SUBJECTS, navigation_observations
-from gateway.silence import SilenceWatch, Watched
+from gateway.silence import AUTOPILOT, SilenceWatch, Watched
 from gateway.supervision.announcements import RateLimit
 from gateway.supervision.debounce import DebounceTimes
 from gateway.supervision.evidence import Geometry
@@ -133,4 +133,5 @@ def silence_watch(config: Config, signals: Iterable[Watched]) -> SilenceWatch:
     silent_s = config.supervisor.silent_s
     limits_s = {link: max(silent_s, MAVLINK_SILENT_S) if link == MAVLINK else silent_s for link in config.links()}
     links = [Watched("link", f"link {link}", link, link, limit_s) for link, limit_s in limits_s.items()]
-    return SilenceWatch(links, signals)
+    autopilot = [Watched("signal", AUTOPILOT, "Autopilot", MAVLINK, limits_s[MAVLINK])] if config.mavlink else []
+    return SilenceWatch(links, [*autopilot, *signals])

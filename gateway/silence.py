@@ -1,7 +1,7 @@
 """Watches that links are alive, and that what the detectors need of them keeps coming. Judged on ticks only.
 
-Where a whole link is silent, that is said, and not that each of its signals is. Commands are not missed while the
-vehicle is disarmed: some autopilots do not send any then.
+Where a whole link is silent, that is said, and not that each of its signals is; where an ESC is, not that its RPM is,
+too. Commands are not missed while the vehicle is disarmed: some autopilots do not send any then.
 """
 
 from __future__ import annotations
@@ -16,6 +16,8 @@ from gateway.observation import Observation
 
 # what has never been heard gets this long to begin: an autopilot boots for some seconds
 START_S = 5.0
+# subject of the autopilot's HEARTBEAT, which may be lost while others still speak on the link
+AUTOPILOT = "autopilot"
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +31,7 @@ class Watched:
         link: the link that it comes over.
         limit_s: silence that counts.
         armed_only: not missed while the vehicle is disarmed.
+        part_of: subject of the signal that this is a part of: while all of that is silent, only that is said.
     """
 
     detector: str
@@ -37,6 +40,7 @@ class Watched:
     link: str
     limit_s: float
     armed_only: bool = False
+    part_of: str | None = None
 
 
 class _Ear:
@@ -106,8 +110,14 @@ class SilenceWatch:
             ear.hear(time_s)
 
     def hear_signal(self, subject: str, time_s: float) -> None:
-        """Something of this signal came in."""
-        self._signals[subject].hear(time_s)
+        """Something of this signal came in, and so of that which it is a part of."""
+        ear = self._signals.get(subject)
+        if ear is None:
+            return
+        ear.hear(time_s)
+        whole = self._whole(ear)
+        if whole is not None:
+            whole.hear(time_s)
 
     def link_state(self, state: LinkState) -> None:
         """The driver says that a link came up, went down, or has trouble while it is up."""
@@ -130,10 +140,14 @@ class SilenceWatch:
 
     def _judge_signals(self, link: str, time_s: float, disarmed: bool) -> Iterator[Observation]:
         for signal in self._signals_of(link):
-            if disarmed and signal.watched.armed_only:
+            whole = self._whole(signal)
+            if (disarmed and signal.watched.armed_only) or (whole is not None and whole.silent(time_s)):
                 signal.start(time_s)
             else:
                 yield from _some(signal.observation(time_s))
+
+    def _whole(self, part: _Ear) -> _Ear | None:
+        return None if part.watched.part_of is None else self._signals[part.watched.part_of]
 
     def _alive(self, link: str, time_s: float) -> bool:
         # heard of late, so that a silent signal is not just the first to show that the link falls silent

@@ -78,7 +78,8 @@ class ThrusterChannel(Channel[ThrusterSample]):
         align, number = config.align, thruster.number
         super().__init__(f"thruster {number}", _sources(thruster), _signals(thruster, config.supervisor.silent_s))
         self._number = number
-        self._command_signal, self._rpm_signal = (signal.subject for signal in self.signals)
+        self._command_signal, self._rpm_signal, *esc = (signal.subject for signal in self.signals)
+        self._esc_signal = esc[0] if esc else None
         self._aligner = ThrusterAligner(align.sample_rate_hz, align.gap_s, align.stale_s)
         # by its own seed each thruster learns at its own time: eight at once would hold up the judging
         settings = replace(config.detector.thruster, seed=config.detector.thruster.seed + number)
@@ -119,7 +120,7 @@ class ThrusterChannel(Channel[ThrusterSample]):
                 samples = self._aligner.report(
                     reading.time_s, reading.speed_rpm, reading.voltage_v, reading.current_a
                 )
-                return samples, None if reading.speed_rpm is None else self._rpm_signal
+                return samples, self._esc_signal if reading.speed_rpm is None else self._rpm_signal
         return (), None
 
     def _judge(self, samples: Sequence[ThrusterSample]) -> Iterator[ThrusterJudgement]:
@@ -150,9 +151,12 @@ def _sources(thruster: Thruster) -> tuple[Source, Source]:
     )
 
 
-def _signals(thruster: Thruster, silent_s: float) -> tuple[Watched, Watched]:
-    number, command, rpm = thruster.number, thruster.command.link, thruster.rpm.link
-    return (
-        Watched("signal", f"thruster {number} command", f"T{number} command", command, silent_s, armed_only=True),
-        Watched("signal", f"thruster {number} rpm", f"T{number} RPM", rpm, silent_s),
-    )
+def _signals(thruster: Thruster, silent_s: float) -> Iterator[Watched]:
+    """Command and RPM, and the ESC that says the RPM; a sensor of its own has none."""
+    number, rpm = thruster.number, thruster.rpm
+    command, speed, esc = (f"thruster {number} {what}" for what in ("command", "rpm", "esc"))
+    whole = esc if rpm.rpm_sensor is None else None
+    yield Watched("signal", command, f"T{number} command", thruster.command.link, silent_s, armed_only=True)
+    yield Watched("signal", speed, f"T{number} RPM", rpm.link, silent_s, part_of=whole)
+    if whole is not None:
+        yield Watched("signal", whole, f"T{number} ESC", rpm.link, silent_s)
