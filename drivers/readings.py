@@ -307,7 +307,7 @@ class Lateness:
 
     Attributes:
         time_s: of the newest reading that is judged by now.
-        behind_s: how long readings wait until they are judged.
+        behind_s: how long readings wait until they are judged, all of them since this was last said.
         lost: readings that found no room any more, since this was last said.
     """
 

@@ -159,15 +159,15 @@ class _Pace:
     def __init__(self) -> None:
         self._time_s: float | None = None
         self._said_s = -inf
-        self._behind_s = 0.0
+        self._behind_s = inf
         self._lost = 0
 
     def take(self, time_s: float, behind_s: float) -> None:
         self._time_s = time_s
-        self._behind_s = max(self._behind_s, behind_s)
+        self._behind_s = min(self._behind_s, behind_s)
 
     def due(self, lost: int) -> Lateness | None:
-        """The worst since it was last said.
+        """The least since it was last said: a moment in which some models were learnt is no news.
 
         Args:
             lost: readings since the beginning.
@@ -175,5 +175,5 @@ class _Pace:
         if self._time_s is None or self._time_s - self._said_s < PACE_PERIOD_S:
             return None
         lateness = Lateness(self._time_s, self._behind_s, lost - self._lost)
-        self._said_s, self._behind_s, self._lost = self._time_s, 0.0, lost
+        self._said_s, self._behind_s, self._lost = self._time_s, inf, lost
         return lateness
