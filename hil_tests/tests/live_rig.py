@@ -18,6 +18,7 @@ from gateway.summary import Summary
 from hil_tests.rig.autopilot import AutopilotPeer
 from hil_tests.rig.commander import Commander
 from hil_tests.rig.commands import Command
+from hil_tests.rig.conduct import Conduct
 from hil_tests.rig.notes import Notes, ReceivedCommand
 from hil_tests.tests.scene import STAND_INS, Scene
 
@@ -43,11 +44,20 @@ class LiveVehicle:
         commander: of the autopilot.
         clock: of everything.
         key: of the autopilot's signatures.
+        conduct: of the autopilot.
     """
 
-    def __init__(self, port: int, channel: str, commander: Commander, clock: Clock, key: bytes | None = None) -> None:
+    def __init__(
+        self,
+        port: int,
+        channel: str,
+        commander: Commander,
+        clock: Clock,
+        key: bytes | None = None,
+        conduct: Conduct | None = None,
+    ) -> None:
         self.scene, self.commander = Scene(), commander
-        self.peer = AutopilotPeer((HOST, port), commander, key=key)
+        self.peer = AutopilotPeer((HOST, port), commander, conduct=conduct, key=key)
         self._bus = can.Bus(channel, interface="virtual")
         self._clock, self._start_s, self._n = clock, clock.now(), 0
 
@@ -126,7 +136,12 @@ class LiveRig:
 
 @contextlib.asynccontextmanager
 async def live(
-    config: Config, commander: Commander, channel: str, port: int, key: bytes | None = None
+    config: Config,
+    commander: Commander,
+    channel: str,
+    port: int,
+    key: bytes | None = None,
+    conduct: Conduct | None = None,
 ) -> AsyncIterator[LiveRig]:
     """A vehicle and its gateway, both running.
 
@@ -136,9 +151,10 @@ async def live(
         channel: of the virtual bus, as configured.
         port: to which the autopilot sends: the gateway's own, or that of what is in between.
         key: of the autopilot's signatures.
+        conduct: of the autopilot.
     """
     clock, stop, outcomes = Clock(), asyncio.Event(), list[Outcome]()
-    vehicle = LiveVehicle(port, channel, commander, clock, key)
+    vehicle = LiveVehicle(port, channel, commander, clock, key, conduct)
     living = asyncio.create_task(vehicle.live(), name="vehicle")
     gateway = asyncio.create_task(
         run(config, clock=clock, observer=outcomes.append, stop=stop, factories=STAND_INS), name="gateway"

@@ -101,7 +101,7 @@ def test_a_pilot_who_changes_the_mode_afterwards_is_not_fought(kind, tmp_path):
     rig.commander.mode = kind.manual
     rig.run(10.0)
     rig.scene.entangle(2)  # not even for another one
-    rig.run(LONG_S)
+    rig.run(SOON_S)
     assert len(rig.asked) == 1
     assert rig.commander.mode is kind.manual
     assert rig.said("gateway keeps out")
@@ -116,7 +116,7 @@ def test_a_pilot_who_changed_the_mode_is_not_fought_for_something_worse_either(k
     rig.commander.mode = kind.others
     rig.run(5.0)
     rig.scene.entangle(2)
-    rig.run(LONG_S)
+    rig.run(SOON_S)
     assert modes_asked(rig) == [kind.manual_number]
     assert rig.commander.mode is kind.others
 
@@ -340,6 +340,27 @@ def test_disarming_is_for_two_kinds_of_evidence_and_an_opt_in(kind, tmp_path):
     assert rig.run(15.0, lambda: not rig.commander.armed)
     assert [one.command for one in rig.asked] == [Command.COMPONENT_ARM_DISARM]
     assert 2989.0 not in rig.asked[0].parameters
+
+
+def test_landing_is_surfacing_on_ardusub(tmp_path):
+    rig = rig_of(ARDUSUB, tmp_path, 'thruster_fault = ["land"]\n' + NO_DELAY, speed=True)
+    rig.scene.entangle(1)
+    rig.scene.speed_mps = 0.5
+    assert rig.run(15.0, lambda: rig.said("Land done"))
+    assert [one.command for one in rig.asked] == [Command.NAV_LAND]
+    assert rig.commander.mode is Mode.SURFACE
+
+
+@pytest.mark.parametrize(("kind", "armed"), [(ARDUSUB, False), (PX4, True)], ids=["ardusub", "px4"])
+def test_termination_is_asked_once(kind, armed, tmp_path):
+    rig = rig_of(kind, tmp_path, 'thruster_fault = ["terminate"]\n' + NO_DELAY, speed=True)
+    rig.scene.entangle(1)
+    rig.scene.speed_mps = 0.5
+    assert rig.run(15.0, lambda: bool(rig.asked))
+    rig.run(SOON_S)
+    assert [(one.command, one.parameters[0]) for one in rig.asked] == [(Command.DO_FLIGHTTERMINATION, 1.0)]
+    assert rig.commander.armed is armed  # PX4 stays armed, and is latched
+    assert rig.said("Terminate done")
 
 
 class Copter(ArduSub):

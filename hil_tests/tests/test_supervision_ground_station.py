@@ -24,8 +24,13 @@ pytestmark = pytest.mark.skipif(not program().exists(), reason="MAVProxy is not 
 
 
 def logged(station: GroundStation, kind: str) -> list[Any]:
-    """Messages of the gateway in the ground station's log."""
-    return [one for one in station.logged() if one.get_type() == kind and one.get_srcComponent() == GATEWAY]
+    """Messages of the gateway in the ground station's log: it speaks as a component of the vehicle."""
+    sender = (1, GATEWAY)
+    return [
+        one
+        for one in station.logged()
+        if one.get_type() == kind and (one.get_srcSystem(), one.get_srcComponent()) == sender
+    ]
 
 
 def texts(station: GroundStation) -> list[str]:

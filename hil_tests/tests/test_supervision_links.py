@@ -6,6 +6,7 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from drivers.mavlink.messages import CommandAck, NamedValue
 from drivers.readings import OperatorAct
@@ -177,6 +178,15 @@ def test_our_own_frames_coming_back_are_nobody_elses(make, tmp_path):
     rig.run(20.0)
     assert not any("192" in one.text for one in rig.findings)
     assert len(rig.asked) == 1
+
+
+@both
+def test_another_program_with_our_ids_is_told_of(make, tmp_path):
+    rig = rig_of(make, tmp_path, "")
+    for _ in range(5):
+        rig.autopilot.relay(mavlink.MAVLink_heartbeat_message(18, 8, 0, 0, 4, 3), 192)
+        rig.run(1.0)
+    assert any(one.detector == "link" and "192" in one.text for one in rig.findings)
 
 
 def acknowledgements(rig: VirtualRig) -> list[CommandAck]:

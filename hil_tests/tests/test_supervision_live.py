@@ -11,6 +11,8 @@ import pytest
 from gateway.config import Config
 from gateway.findings import Finding
 from hil_tests.rig.ardusub import ArduSub, Mode
+from hil_tests.rig.commands import Command
+from hil_tests.rig.conduct import Conduct, Reply
 from hil_tests.rig.link_conditions import LinkConditions
 from hil_tests.rig.px4 import MainMode, Px4
 from hil_tests.rig.router import Endpoint, UdpRouter
@@ -22,6 +24,10 @@ HELD = {ArduSub: Mode.ALT_HOLD, Px4: MainMode.ALTCTL}
 KEY = hashlib.sha256(b"submarine").digest()
 BAD = LinkConditions(loss=0.2, latency_s=0.5, jitter_s=0.05, reordering=0.1, duplication=0.1)
 TOLD_WITHIN_S = 1.0
+# all that a companion may say: no SYS_STATUS, which would be a leak to ArduSub, no SETUP_SIGNING
+CITIZEN = {
+    "HEARTBEAT", "STATUSTEXT", "COMMAND_LONG", "TIMESYNC", "NAMED_VALUE_FLOAT", "ONBOARD_COMPUTER_STATUS"
+}  # fmt: skip
 # before the first HEARTBEAT there is nobody to listen to, and nobody to tell
 EARLY = {"not our autopilot", "not sent: no autopilot heard"}
 
@@ -61,6 +67,9 @@ async def test_a_fault_is_told_at_once_and_held(make, configured, port, request)
     assert text.time_s - shown_s < TOLD_WITHIN_S
     assert rig.vehicle.commander.mode is HELD[make]
     assert len(rig.vehicle.asked) == 1
+    assert rig.vehicle.notes.counts.keys() == CITIZEN
+    assert rig.vehicle.notes.clock_answers > 0 or make is ArduSub  # which asks every ten seconds only
+    assert any("its clock is" in line for line in rig.summary.lines())
     assert set(rig.summary.drops["mavlink"]) <= EARLY
 
 
@@ -101,15 +110,27 @@ async def test_a_fault_is_told_and_held_over_a_bad_link(make, configured, port, 
     assert len(rig.vehicle.asked) <= 6  # three tries, each of which may come twice
 
 
+class CutsTheLink(Conduct):
+    """Nothing comes from the vehicle any more from the moment on at which it is first told to change the mode."""
+
+    def __init__(self, endpoint: Endpoint) -> None:
+        super().__init__()
+        self._endpoints = [endpoint]
+
+    def reply(self, command: int, parameters: tuple[float, ...]) -> Reply | None:
+        if command == Command.DO_SET_MODE and self._endpoints:
+            self._endpoints.pop().inward.cut(0.0)
+        return super().reply(command, parameters)
+
+
 async def test_a_link_cut_in_the_middle_of_a_command(configured, port, request):
     vehicle, gateway = Endpoint(), Endpoint((HOST, port))
-    async with live(configured(), ArduSub(), request.node.name, vehicle.port) as rig:
+    async with live(configured(), ArduSub(), request.node.name, vehicle.port, conduct=CutsTheLink(vehicle)) as rig:
         with UdpRouter([vehicle, gateway], rig.clock.now):
             await rig.learnt()
             rig.vehicle.scene.entangle(1)
-            await rig.until(lambda: rig.vehicle.said("Hold in"))
-            vehicle.inward.cut(rig.clock.now())  # the answer will not come back, nor any HEARTBEAT
             await rig.until(lambda: len(rig.vehicle.asked) >= 2)
+            assert not rig.vehicle.said("Hold done")
             vehicle.mend()
             await rig.until(lambda: rig.vehicle.said("Hold done for T1"))
     assert len(rig.vehicle.asked) <= 3

@@ -22,7 +22,7 @@ from hil_tests.tests.virtual_rig import PERIOD_S, VirtualRig
 
 STEPS = 10  # of the vehicle, in one of the rig's
 STEP_S = PERIOD_S / STEPS
-ONSET_S = 70.0
+ONSET_S = 55.0
 WEEDS = InjectedFault(type=FaultType.ENTANGLED, onset_s=ONSET_S, ramp_s=0.5, severity=0.3)
 
 HEAD = """
