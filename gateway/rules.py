@@ -109,9 +109,18 @@ def supervisor(config: Config) -> Supervisor:
             delay_s=failsafe.delay_s,
             interval_s=failsafe.interval_s,
             geometry=_geometry(config.thruster),
-            watching=texts.fitted(f"Watching {config.watched()}"),
+            watching=_watching(config),
         ),
     )
+
+
+def _watching(config: Config) -> str:
+    """What is watched, in the width of a text."""
+    count = len(config.thruster)
+    thrusters = [f"{count} thruster{'s' if count > 1 else ''}"] if count else []
+    watches = {"speed": config.speed, "navigation": config.navigation}
+    *rest, last = [*thrusters, *(name for name, table in watches.items() if table is not None)]
+    return texts.fitted(f"Watching {' and '.join(filter(None, [', '.join(rest), last]))}")
 
 
 def _times(settings: SupervisorTable, own: Times | None) -> DebounceTimes:

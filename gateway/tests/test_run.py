@@ -152,7 +152,7 @@ async def test_fault_on_the_bus_arrives_as_statustext_and_failsafe(live_config, 
         )
         judged = lambda: sum(isinstance(outcome, ThrusterJudgement) for outcome in outcomes)  # noqa: E731
         await until(lambda: judged() > 200)
-        assert simulated.texts == [(6, "Watching thrusters 1, 2")]
+        assert simulated.texts == [(6, "Watching 2 thrusters")]
         simulated.texts.clear()
         simulated.share, start_s = 0.7, clock.now()
         await until(lambda: simulated.texts)

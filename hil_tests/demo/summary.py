@@ -64,6 +64,10 @@ class Summary:
         return all(isfinite(one.text_s) for one in self.found) and not self.false_alarms
 
 
+# That this machine is too busy is true, and no alarm about the vehicle.
+ABOUT_ITSELF = "Gateway "
+
+
 def summarize(
     recording: Recording,
     notes: Notes,
@@ -76,7 +80,7 @@ def summarize(
     position_errors_m: tuple[float, float] = (nan, nan),
 ) -> Summary:
     """Judge a demonstration by what reached the autopilot."""
-    alarms = [text for text in notes.texts if text.severity <= WARNING]
+    alarms = [text for text in notes.texts if text.severity <= WARNING and not text.text.startswith(ABOUT_ITSELF)]
     actions = (one.time_s for one in notes.commands if one.command in set(Command))
     return Summary(
         lasted_s=lasted_s,
