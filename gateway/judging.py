@@ -25,6 +25,8 @@ LATENESS_S = 0.1
 WAITING_MAX = 10_000
 # Some seconds of full buses: more at once is hardly cheaper, and a stop would have to wait for it
 BATCH_MAX = 200
+# at the end, when every one may be the last for which there is time
+LAST_BATCH_MAX = 20
 # How late it is, is said this often
 PACE_PERIOD_S = 1.0
 # the readings that are about the gateway itself come over no link
@@ -99,7 +101,7 @@ class Judging:
         """After the end of `run`, however it ended: judges and tells what is left, while there is time."""
         self._closed = True
         end_s = self._clock.now() + within_s
-        while batch := self._next(BATCH_MAX):
+        while batch := self._next(LAST_BATCH_MAX):
             if self._clock.now() <= end_s:
                 self._tell(self._process(batch))
             else:

@@ -39,7 +39,7 @@ TICK_S = 0.1
 # links that do not open for so long are told, and are no reason not to begin
 READY_S = 5.0
 # What a stop may take: all that came before is judged and told, and once more what was left
-CLOSE_S, FINISH_S = 0.8, 0.2
+CLOSE_S, FINISH_S = 0.6, 0.2
 
 
 async def run(

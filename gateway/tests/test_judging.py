@@ -211,7 +211,7 @@ async def test_close_comes_back_when_its_time_is_over(bench):
 
 
 def test_what_is_left_at_the_end_is_judged_only_while_there_is_time(bench, monkeypatch):
-    monkeypatch.setattr(judging, "BATCH_MAX", 10)
+    monkeypatch.setattr(judging, "LAST_BATCH_MAX", 10)
     bench.feed(30)
     process = bench.judging._process
 
