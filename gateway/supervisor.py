@@ -167,7 +167,7 @@ class Supervisor:
     def remember(self) -> Memory:
         """For `resume` in a new process."""
         kept = {
-            name: Remembered(one.level, one.seen, one.acknowledged, one.settled, one.muted_until_s)
+            name: Remembered(one.level, one.seen, one.acknowledged, one.settled, one.muted_until_s, one.said_s)
             for name, one in self._subjects.items()
         }
         return Memory(kept, self._intervention)
@@ -178,7 +178,7 @@ class Supervisor:
             if old.seen.detector in self._policies or name in self._policies:
                 subject = self._subject(old.seen)
                 subject.level, subject.acknowledged, subject.settled = old.level, old.acknowledged, old.settled
-                subject.muted_until_s = old.muted_until_s
+                subject.muted_until_s, subject.said_s = old.muted_until_s, old.said_s
         self._intervention.resume(memory.intervention)
 
     # Within ---------------------------------------------------------------------------------------
@@ -228,6 +228,8 @@ class Supervisor:
             subject.said_s = time_s
             if not (subject.silenced(time_s) or (transition.say is Say.REPEAT and wording.explained)):
                 outgoing += self._say(time_s, observation.subject, severity, text)
+                for one in wording.said_with(transition):
+                    one.said_s = time_s  # one cause is not said again by each who has a part in it
         return outgoing + (self._intervene(time_s) if Level.FAULT in (before, transition.level) else [])
 
     def _repeat_due(self, subject: Subject, time_s: float) -> bool:

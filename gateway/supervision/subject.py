@@ -100,3 +100,4 @@ class Remembered:
     acknowledged: bool
     settled: bool
     muted_until_s: float
+    said_s: float

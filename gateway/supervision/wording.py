@@ -36,6 +36,11 @@ class Wording:
         """True where it is said with one of its causes, and as often."""
         return self._speed and any(one.level >= self._level and not one.acknowledged for one in self._told)
 
+    def said_with(self, transition: Transition) -> list[Subject]:
+        """Whose state the text of a transition tells as well."""
+        as_one = transition.say is not Say.OVER and self._causes and self._slow
+        return [*self._causes, *self._slow] if as_one else []
+
     def of(self, transition: Transition, event: Event, observation: Observation) -> tuple[Severity, str]:
         """Severity and text of a transition."""
         match transition.say:
