@@ -1,22 +1,17 @@
 """The running gateway against a CAN bus and an autopilot on the loopback."""
 
 import asyncio
-import contextlib
 import json
 import logging
-import math
-import socket
-import time
-from collections.abc import AsyncIterator
+import re
 from dataclasses import replace
 from pathlib import Path
 
 import can
 import pytest
-from pymavlink.dialects.v20 import ardupilotmega as dialect
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from drivers.can.dronecan import EscStatus, encode_esc_status, encode_raw_command
+from detectors.verdict import Level
 from drivers.clock import Clock
 from gateway import state
 from gateway.channel import SpeedJudgement, ThrusterJudgement
@@ -24,112 +19,10 @@ from gateway.config import Config, parse
 from gateway.findings import Finding
 from gateway.pipeline import Factories
 from gateway.run import run
-from gateway.tests.conftest import FULL_RPM, SPEED_WATCH, TWO_THRUSTERS, GroundSpeedDetector, ThresholdDetector
+from gateway.tests.conftest import SPEED_WATCH, TWO_THRUSTERS, GroundSpeedDetector, ThresholdDetector
+from gateway.tests.live_vehicle import free_port, until, vehicle
 
-PERIOD_S = 0.02
 STAND_INS = Factories(thruster=ThresholdDetector)
-
-
-class Vehicle:
-    """Two thrusters on a virtual CAN bus, and an armed ArduSub over UDP that accepts every command."""
-
-    def __init__(self, port: int) -> None:
-        self.share = 1.0  # of its speed that thruster 2 still reaches
-        self.speed_mps = 1.0  # to the north
-        self.mode = 19  # MANUAL
-        self._north_m, self._moved_s, self._start_s = 0.0, time.monotonic(), time.monotonic()
-        self.bus = can.Bus(interface="virtual", channel="gateway tests")
-        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self.socket.setblocking(False)
-        self.gateway = ("127.0.0.1", port)
-        self.mavlink = dialect.MAVLink(None, srcSystem=1, srcComponent=1)
-        self.texts: list[tuple[int, str]] = []
-        self.states: list[int] = []
-        self.commands: list[tuple[int, float, float]] = []
-
-    async def live(self) -> None:
-        """One step each 20 ms until it is cancelled."""
-        n = 0
-        try:
-            while True:
-                self.step(n)
-                n += 1
-                await asyncio.sleep(PERIOD_S)
-        finally:
-            self.bus.shutdown()
-            self.socket.close()
-
-    def step(self, n: int) -> None:
-        fraction = 0.5 + 0.2 * math.sin(0.02 * n)
-        command = round(8191 * fraction)
-        frames = encode_raw_command([command, command], 10, n % 32)
-        for index, share in enumerate((1.0, self.share)):
-            status = EscStatus(0, 16.0, 3.0, 300.0, round(share * FULL_RPM * fraction), 50, index)
-            frames += encode_esc_status(status, 20 + index, n % 32)
-        for frame in frames:
-            self.bus.send(can.Message(arbitration_id=frame.identifier, data=frame.data, is_extended_id=True))
-        pulses = [1500] * 8
-        pulses[2] = round(1500 + 400 * fraction)
-        self.send(dialect.MAVLink_servo_output_raw_message(n * 20_000 + 1, 0, *pulses, *[0] * 8))
-        if n % 5 == 0:
-            self.move()
-        if n % 10 == 0:
-            self.send(dialect.MAVLink_heartbeat_message(12, 3, 0x81, self.mode, 4, 3))
-        self.receive()
-
-    def move(self) -> None:
-        now_s = time.monotonic()
-        self._north_m += self.speed_mps * (now_s - self._moved_s)
-        self._moved_s, boot_ms = now_s, round(1000.0 * (now_s - self._start_s)) + 1
-        self.send(dialect.MAVLink_attitude_message(boot_ms, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0))
-        self.send(dialect.MAVLink_local_position_ned_message(boot_ms, self._north_m, 0.0, 5.0, 1.0, 0.0, 0.0))
-
-    def send(self, message: dialect.MAVLink_message) -> None:
-        self.socket.sendto(message.pack(self.mavlink), self.gateway)
-        self.mavlink.seq = (self.mavlink.seq + 1) % 256
-
-    def receive(self) -> None:
-        with contextlib.suppress(BlockingIOError):
-            while True:
-                for message in self.mavlink.parse_buffer(self.socket.recv(2048)) or []:
-                    self.take(message)
-
-    def take(self, message: dialect.MAVLink_message) -> None:
-        assert (message.get_srcSystem(), message.get_srcComponent()) == (1, 192)
-        match message.get_type():
-            case "STATUSTEXT":
-                self.texts.append((message.severity, message.text))
-            case "HEARTBEAT":
-                self.states.append(message.system_status)
-            case "COMMAND_LONG":
-                self.commands.append((message.command, message.param1, message.param2))
-                if message.command == dialect.MAV_CMD_DO_SET_MODE:
-                    self.mode = int(message.param2)
-                self.send(dialect.MAVLink_command_ack_message(message.command, 0))
-
-
-def free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
-
-
-async def until(condition, seconds: float = 10.0) -> None:
-    async with asyncio.timeout(seconds):
-        while not condition():  # noqa: ASYNC110  what is awaited is another program's doing
-            await asyncio.sleep(0.02)
-
-
-@contextlib.asynccontextmanager
-async def vehicle(port: int) -> AsyncIterator[Vehicle]:
-    simulated = Vehicle(port)
-    task = asyncio.create_task(simulated.live())
-    try:
-        yield simulated
-    finally:
-        task.cancel()
-        with contextlib.suppress(asyncio.CancelledError):
-            await task
 
 
 @pytest.fixture
@@ -215,6 +108,33 @@ async def test_next_run_knows_what_the_last_one_learnt(live_config, port):
     assert {judgement.verdict.level.name for judgement in second} == {"NORMAL"}
 
 
+@pytest.mark.parametrize(("young_s", "level"), [(600.0, "FAULT"), (0.0, "UNKNOWN")])
+async def test_levels_go_on_in_the_next_run_if_it_comes_soon(live_config, port, young_s, level):
+    files = live_config.files.model_copy(update={"young_s": young_s})
+    config, first, found = replace(live_config, files=files), asyncio.Event(), []
+    observe = lambda outcome: found.append(outcome) if isinstance(outcome, Finding) else None  # noqa: E731
+    async with vehicle(port) as simulated:
+        simulated.share = 0.7
+        running = asyncio.create_task(run(config, observer=observe, stop=first, factories=STAND_INS))
+        await until(lambda: any(one.level.name == "FAULT" for one in found))
+        first.set()
+        await running
+    first.set()
+    summary = await run(config, stop=first, factories=STAND_INS)
+    assert summary.levels.get("thruster 2", Level.UNKNOWN).name == level
+
+
+async def test_a_bus_that_carries_more_than_it_should_is_told(live_config, port):
+    bus = live_config.can[0].model_copy(update={"bitrate": 125_000, "load_max": 0.1})
+    stop = asyncio.Event()
+    async with vehicle(port) as simulated:
+        running = asyncio.create_task(run(replace(live_config, can=(bus,)), stop=stop, factories=STAND_INS))
+        await until(lambda: any(re.fullmatch(r"can0 load \d\d%, limit 10%", text) for _, text in simulated.texts))
+        stop.set()
+        summary = await running
+    assert summary.levels["link can0 load"].name == "SUSPECT"
+
+
 async def test_corrupt_state_is_set_aside_and_not_fatal(live_config, caplog):
     live_config.files.state.write_bytes(b"garbage")
     stop = asyncio.Event()
@@ -282,7 +202,8 @@ async def test_no_task_is_left_behind(live_config):
     running = asyncio.create_task(run(live_config, stop=stop, factories=STAND_INS))
     await asyncio.sleep(0.3)
     names = {task.get_name() for task in asyncio.all_tasks() - before - {running}}
-    assert {"link can0", "link mavlink", "pipeline", "ticker", "state saver", "operator"} <= names
+    links = {"link can0", "load can0", "link mavlink"}
+    assert links | {"pipeline", "ticker", "state saver", "operator", "control"} <= names
     stop.set()
     await running
     assert asyncio.all_tasks() == before
