@@ -61,7 +61,7 @@ class CanSource:
             await asyncio.sleep(LOAD_PERIOD_S)
             if self._link.counters["connections"] != connections:  # it may have been set to another rate meanwhile
                 connections = self._link.counters["connections"]
-                rates = await self._bit_rates()
+                rates = await rates_of(self._bus)
                 self._meter = None if rates is None else BusLoadMeter(rates)
             self._measure()
 
@@ -86,9 +86,10 @@ class CanSource:
         if share is not None:
             self._take(self.name, [BusLoad(time_s, self.name, share)])
 
-    async def _bit_rates(self) -> BitRates | None:
-        """As the interface is set, else as configured; of a bus with neither, the load is not known."""
-        found = await bit_rates(self._bus.channel) if self._bus.interface == SOCKETCAN else None
-        if found is None and self._bus.bitrate is not None:
-            return BitRates(self._bus.bitrate)
-        return found
+
+async def rates_of(bus: CanBus) -> BitRates | None:
+    """As its interface is set, else as configured; of a bus with neither, the load is not known."""
+    found = await bit_rates(bus.channel) if bus.interface == SOCKETCAN else None
+    if found is None and bus.bitrate is not None:
+        return BitRates(bus.bitrate)
+    return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,6 +14,7 @@ from drivers.can.interface import port_opener
 from drivers.can.port import CanPortError
 from drivers.clock import Clock
 from gateway import state
+from gateway.can_source import rates_of
 from gateway.check_result import CheckResult
 from gateway.config import Config
 from gateway.config_sections import CanBus, Speed, Thruster
@@ -51,6 +53,7 @@ def checks(config: Config) -> Iterator[CheckResult]:
         yield CheckResult("navigation by the IMU's rate", True, possible())
     yield _check_folder("findings", config.files.findings)
     yield _check_folder("state", config.files.state)
+    yield _check_folder("control", config.files.control)
     yield _check_state(config.files.state)
 
 
@@ -65,7 +68,15 @@ def _check_bus(bus: CanBus, config: Config) -> CheckResult:
     port.close()
     if bus.interface == "socketcan" and _operstate(bus.channel) == "down":
         return CheckResult(subject, False, f"{bus.channel} is down", _bus_remedy(bus))
-    return CheckResult(subject, True, f"{bus.interface} {bus.channel} opens, {len(filters)} kinds of frames are read")
+    reads = f"{bus.interface} {bus.channel} opens, {len(filters)} kinds of frames are read"
+    return CheckResult(subject, True, f"{reads}, {_load(bus)}")
+
+
+def _load(bus: CanBus) -> str:
+    rates = asyncio.run(rates_of(bus))
+    if rates is None:
+        return "its load is not known (no bit rate)"
+    return f"told where it carries more than {bus.load_max:.0%} of {rates.nominal / 1000.0:g} kbit/s"
 
 
 def _bus_remedy(bus: CanBus) -> str:

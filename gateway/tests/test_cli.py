@@ -64,6 +64,9 @@ def test_check_of_a_machine_that_can(written):
     assert code == 0, text
     assert all(line.startswith("ok ") for line in text.splitlines())
     assert "ok       speed: not watched (no table [speed])" in text.splitlines()
+    assert "kinds of frames are read, its load is not known (no bit rate)" in text
+    written.write_text(TWO_THRUSTERS.replace('protocol = "dronecan"', 'protocol = "dronecan"\nbitrate = 500000'))
+    assert "told where it carries more than 70% of 500 kbit/s" in called("check", str(written))[1]
 
 
 def test_check_says_how_to_mend_what_it_cannot(tmp_path):
