@@ -1,9 +1,11 @@
 """The running gateway against a CAN bus and an autopilot on the loopback."""
 
 import asyncio
+import contextlib
 import json
 import logging
 import re
+import socket
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,6 +21,7 @@ from gateway.config import Config, parse
 from gateway.findings import Finding
 from gateway.pipeline import Factories
 from gateway.run import run
+from gateway.systemd import Service
 from gateway.tests.conftest import SPEED_WATCH, TWO_THRUSTERS, GroundSpeedDetector, ThresholdDetector
 from gateway.tests.live_vehicle import free_port, until, vehicle
 
@@ -194,6 +197,34 @@ async def test_summary_names_what_was_dropped(live_config, port):
         summary = await running
     assert sum(summary.drops["can0"].values()) >= 1
     assert any(line.startswith("dropped at can0: ") for line in summary.lines())
+
+
+@pytest.mark.parametrize(("patience_s", "ready"), [(0.2, True), (60.0, False)])
+async def test_a_link_that_does_not_open_delays_readiness_only_so_long(
+    live_config, tmp_path, monkeypatch, patience_s, ready
+):
+    monkeypatch.setattr("gateway.run.READY_S", patience_s)
+    with socket.create_server(("127.0.0.1", 0), backlog=0) as full, contextlib.ExitStack() as callers:
+        for _ in range(4):
+            caller = callers.enter_context(socket.socket())
+            caller.setblocking(False)
+            caller.connect_ex(full.getsockname())
+        endpoint = f"tcp:127.0.0.1:{full.getsockname()[1]}"
+        mavlink = live_config.mavlink.model_copy(update={"endpoint": endpoint})
+        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as systemd:
+            systemd.bind(str(tmp_path / "notify"))
+            systemd.setblocking(False)
+            service, stop = Service({"NOTIFY_SOCKET": str(tmp_path / "notify")}), asyncio.Event()
+            config = replace(live_config, mavlink=mavlink)
+            running = asyncio.create_task(run(config, stop=stop, factories=STAND_INS, service=service))
+            await asyncio.sleep(0.6)
+            stop.set()
+            await running
+            heard = []
+            with contextlib.suppress(BlockingIOError):
+                while True:
+                    heard.append(systemd.recv(100))
+    assert (b"READY=1" in heard) is ready and heard[-1] == b"STOPPING=1"
 
 
 async def test_no_task_is_left_behind(live_config):
