@@ -111,9 +111,10 @@ class Model:
             self.foreign = 0
 
     def done(self, request: Request) -> None:
-        """It came about: no other mode is one that says nothing."""
-        self.ours = set(request.modes | request.after | request.as_good)
-        self.before, self.foreign = set(), 0
+        """It came about: no other mode is one that says nothing. Where nothing was asked, nobody can be against it."""
+        if self.ours:
+            self.ours = set(request.modes | request.after | request.as_good)
+            self.before, self.foreign = set(), 0
 
 
 class Supervision(RuleBasedStateMachine):
