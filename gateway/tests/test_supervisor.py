@@ -1,7 +1,7 @@
-"""The supervisor: its table walked, its times kept, its texts complete."""
+"""The supervisor as a whole: what is said of faults, by whom it is cleared, and what is remembered of it."""
 
-import itertools
 import math
+import pickle
 
 import pytest
 from hypothesis import given
@@ -13,8 +13,12 @@ from drivers.readings import AutopilotHeartbeat
 from gateway.findings import Finding
 from gateway.observation import Observation
 from gateway.severity import Severity
-from gateway.supervision.debounce import Debounce, DebounceTimes
-from gateway.supervision.levels import TABLE, Event, Say, diagram
+from gateway.supervision.actions import Action
+from gateway.supervision.announcements import RateLimit
+from gateway.supervision.debounce import DebounceTimes
+from gateway.supervision.evidence import Geometry
+from gateway.supervision.intervention_table import State
+from gateway.supervision.levels import TABLE, Event, Say
 from gateway.supervision.settings import Settings
 from gateway.supervision.subject import Policy
 from gateway.supervisor import Supervisor
@@ -43,21 +47,6 @@ def texts(actions: list) -> list[tuple[int, str]]:
 
 def findings(actions: list) -> list[Finding]:
     return [action for action in actions if isinstance(action, Finding)]
-
-
-def test_table_is_complete():
-    assert set(TABLE) == set(itertools.product(Level, Event))
-
-
-def test_what_the_table_says_of_worse_and_over():
-    for (level, _event), transition in TABLE.items():
-        assert (transition.say is Say.WORSE) == (transition.level > max(level, Level.NORMAL))
-        assert (transition.say is Say.OVER) == (level >= Level.SUSPECT > transition.level)
-
-
-def test_fault_is_latched_against_all_but_its_named_clear_conditions():
-    out = {event for event in Event if TABLE[Level.FAULT, event].level is not Level.FAULT}
-    assert out == {Event.GOOD, Event.DISARMED, Event.ACCEPTED, Event.DISTRUSTED}
 
 
 EVENT_OF_LEVEL = {
@@ -109,18 +98,6 @@ def test_fault_is_repeated_with_its_last_evidence_while_it_lasts():
         if time_s == 20.0:
             assert subject.observe(seen(time_s, Level.NORMAL)) == []  # once is not for 5 s
     assert said == [(t, Severity.WARNING, "T3 entangled? 812 rpm, want 1043 (-22%)") for t in (30.0, 60.0)]
-
-
-def test_debounce_upwards_and_downwards():
-    subject = supervisor(DebounceTimes(1.0, 0.0, 5.0))
-    for time_s in (0.0, 0.5, 0.9):
-        assert subject.observe(seen(time_s, Level.SUSPECT)) == []
-    subject.observe(seen(0.95, Level.NORMAL))
-    assert subject.observe(seen(1.5, Level.SUSPECT)) == []
-    assert texts(subject.observe(seen(2.5, Level.SUSPECT)))
-    assert subject.observe(seen(3.0, Level.NORMAL)) == []
-    assert subject.observe(seen(7.9, Level.NORMAL)) == []
-    assert texts(subject.observe(seen(8.0, Level.NORMAL)))
 
 
 def test_companion_heartbeat_is_critical_while_a_fault_lasts():
@@ -184,41 +161,179 @@ def test_policy_with_an_unknown_action_is_the_callers_mistake():
         Policy(AT_ONCE, ladder=())
 
 
-def test_diagram_shows_every_way_in_and_out_of_a_fault():
-    lines = diagram().splitlines()
-    assert lines[0] == "stateDiagram-v2"
-    assert "    NORMAL --> FAULT: FAULT lasted / say worse" in lines
-    assert sum("FAULT --> " in line and "SUSPECT" not in line for line in lines) == 5  # four ways out, and the repeat
+# One cause, said once --------------------------------------------------------------------------------
+
+GEOMETRY = Geometry({"thruster 5": 1.0}, {"thruster 3": 1.0, "thruster 4": 1.0})
 
 
-@pytest.mark.parametrize("wrong", [(-1.0, 0.0, 0.0), (0.0, math.nan, 0.0)])
-def test_debounce_times(wrong):
-    with pytest.raises(ValueError, match="want 0 or more"):
-        DebounceTimes(*wrong)
+class Watch:
+    """Thrusters, speed and a DVL that the speed relies on."""
+
+    def __init__(self, thruster: Policy | None = None, **settings: object) -> None:
+        policy = Policy(AT_ONCE)
+        self.policies = {"thruster": thruster or policy, "speed": policy, "navigation": policy}
+        self.settings = Settings(geometry=GEOMETRY, limit=RateLimit(6000.0, 1000), **settings)
+        self.supervisor = Supervisor(self.policies, self.settings)
+
+    def thruster(self, time_s: float, level: Level, number: int = 3) -> list:
+        subject, label = f"thruster {number}", f"T{number}"
+        return self.supervisor.observe(
+            Observation(time_s, "thruster", subject, label, level, 1.0, "entangled?", ("812 rpm",))
+        )
+
+    def speed(self, time_s: float, level: Level) -> list:
+        return self.supervisor.observe(
+            Observation(time_s, "speed", "vehicle", "Speed", level, 1.0, "0.52 m/s, want 0.9-1.2", relies_on=("dvl",))
+        )
+
+    def dvl(self, time_s: float, level: Level) -> list:
+        return self.supervisor.observe(Observation(time_s, "navigation", "dvl", "DVL", level, 1.0, "frozen"))
+
+    def repeated(self, begin_s: int, end_s: int) -> list[tuple[int, str]]:
+        """What is said in each second."""
+        return [
+            (second, text) for second in range(begin_s, end_s) for _, text in texts(self.supervisor.advance(second))
+        ]
 
 
-NORMAL, UNKNOWN, SUSPECT = Level.NORMAL, Level.UNKNOWN, Level.SUSPECT
+TOGETHER = "T3 entangled: speed 0.52 m/s, want 0.9-1.2"
 
 
-@pytest.mark.parametrize(
-    ("levels", "good_s"),
-    [
-        ([NORMAL] * 20, 5),
-        ([NORMAL] * 3 + [UNKNOWN] * 4 + [NORMAL] * 13, 9),  # 3 s, four that do not count, and 2 s
-        (([NORMAL] + [UNKNOWN] * 4) * 8, 25),
-        ([NORMAL] * 3 + [UNKNOWN] * 6 + [NORMAL] * 11, 14),  # not known for long: it begins anew
-        ([NORMAL] * 3 + [UNKNOWN, SUSPECT, UNKNOWN] + [NORMAL] * 14, 11),
-    ],
-)
-def test_short_unknown_stops_the_time_of_normal_and_a_long_one_ends_it(levels, good_s):
-    debounce = Debounce(DebounceTimes(1.0, 0.0, 5.0))
-    events = [debounce.update(float(time_s), level) for time_s, level in enumerate(levels)]
-    assert events.index(Event.GOOD) == good_s
+def test_a_slow_vehicle_is_said_with_the_thruster_that_makes_it_so():
+    watch = Watch()
+    assert texts(watch.thruster(0.0, Level.FAULT)) == [(Severity.CRITICAL, "T3 entangled? 812 rpm")]
+    assert texts(watch.speed(2.0, Level.FAULT)) == [(Severity.WARNING, TOGETHER)]  # no second CRITICAL
+    assert watch.repeated(3, 93) == [(32, TOGETHER), (62, TOGETHER), (92, TOGETHER)]
 
 
-def test_muted_debounce_speaks_again_when_unmuted():
-    debounce = Debounce(AT_ONCE)
-    debounce.mute()
-    assert debounce.update(0.0, Level.FAULT) is None
-    debounce.unmute()
-    assert debounce.update(0.1, Level.FAULT) is Event.FAULTY
+def test_the_other_way_round_the_thruster_brings_its_slow_vehicle_with_it():
+    watch = Watch()
+    assert texts(watch.speed(0.0, Level.FAULT)) == [(Severity.CRITICAL, "Speed 0.52 m/s, want 0.9-1.2")]
+    assert texts(watch.thruster(2.0, Level.FAULT)) == [(Severity.CRITICAL, TOGETHER)]
+    assert watch.repeated(3, 63) == [(32, TOGETHER), (62, TOGETHER)]
+
+
+def test_when_the_thruster_is_well_again_the_speed_speaks_for_itself():
+    watch = Watch()
+    watch.thruster(0.0, Level.FAULT)
+    watch.speed(2.0, Level.FAULT)
+    watch.thruster(10.0, Level.NORMAL)
+    assert watch.repeated(11, 40) == [(32, "Speed 0.52 m/s, want 0.9-1.2")]
+
+
+def test_a_vertical_thruster_explains_no_slow_vehicle():
+    watch = Watch()
+    watch.thruster(0.0, Level.FAULT, number=5)
+    assert texts(watch.speed(2.0, Level.FAULT)) == [(Severity.CRITICAL, "Speed 0.52 m/s, want 0.9-1.2")]
+
+
+def test_a_thruster_that_is_not_told_of_makes_no_speed_fault_small():
+    watch = Watch(thruster=Policy(AT_ONCE, ladder=(Action.NONE,)))
+    assert texts(watch.thruster(0.0, Level.FAULT)) == []
+    assert texts(watch.speed(2.0, Level.FAULT)) == [(Severity.CRITICAL, TOGETHER)]
+    assert watch.repeated(3, 63) == [(32, TOGETHER), (62, TOGETHER)]
+
+
+def test_acknowledging_the_thruster_does_not_silence_the_speed():
+    watch = Watch()
+    watch.thruster(0.0, Level.FAULT)
+    watch.speed(2.0, Level.FAULT)
+    watch.supervisor.acknowledge(["thruster 3"], 3.0)
+    assert watch.repeated(3, 63) == [(32, TOGETHER), (62, TOGETHER)]
+    watch.supervisor.acknowledge(["vehicle"], 64.0)
+    assert watch.repeated(64, 200) == []
+
+
+def test_a_suspected_thruster_does_not_slow_down_the_repeats_of_a_speed_fault():
+    watch = Watch()
+    watch.thruster(0.0, Level.SUSPECT)
+    watch.speed(2.0, Level.FAULT)
+    assert watch.repeated(3, 63) == [(32, TOGETHER), (62, TOGETHER)]
+
+
+# What relies on a sensor that lies -----------------------------------------------------------------
+
+
+def test_a_sensor_fault_turns_what_relies_on_it_unknown():
+    watch = Watch()
+    watch.speed(0.0, Level.FAULT)
+    watch.dvl(1.0, Level.FAULT)
+    assert texts(watch.supervisor.advance(1.1)) == [(Severity.NOTICE, "Speed unknown: DVL faulty")]
+    assert watch.supervisor.levels()["vehicle"] is Level.UNKNOWN
+    assert watch.speed(1.2, Level.FAULT) == []
+    watch.dvl(5.0, Level.NORMAL)
+    assert texts(watch.speed(5.1, Level.FAULT)) == [(Severity.CRITICAL, "Speed 0.52 m/s, want 0.9-1.2")]
+
+
+def test_a_suspected_sensor_leaves_it_as_it_is():
+    watch = Watch()
+    watch.dvl(0.0, Level.SUSPECT)
+    watch.speed(1.0, Level.FAULT)
+    assert watch.supervisor.levels()["vehicle"] is Level.FAULT
+
+
+# Who is there --------------------------------------------------------------------------------------
+
+
+def test_an_autopilot_is_told_once_what_is_watched_and_again_after_two_were_heard():
+    watch = Watch(watching="Watching 8 thrusters")
+    said = [one.text for one in watch.supervisor.heartbeat(heartbeat(0.0, True)) if isinstance(one, StatusText)]
+    assert said == ["Watching 8 thrusters"]
+    assert watch.supervisor.heartbeat(heartbeat(1.0, True)) == []
+    watch.supervisor.conflict()
+    assert watch.supervisor.disarmed() is False
+    assert len(watch.supervisor.heartbeat(heartbeat(2.0, True))) == 1
+
+
+def test_an_autopilot_that_is_not_known_is_told_so():
+    watch = Watch()
+    copter = AutopilotHeartbeat(0.0, 1, 1, 3, 2, True, 19, 4)
+    (text,) = watch.supervisor.heartbeat(copter)
+    assert text == StatusText(Severity.INFO, "Autopilot 3, type 2 unknown: advice only")
+
+
+# What is remembered ---------------------------------------------------------------------------------
+
+
+def restarted(watch: Watch) -> Watch:
+    new = Watch()
+    new.policies, new.settings = watch.policies, watch.settings
+    new.supervisor = Supervisor(watch.policies, watch.settings)
+    new.supervisor.resume(pickle.loads(pickle.dumps(watch.supervisor.remember())))  # noqa: S301  our own bytes
+    return new
+
+
+def test_a_fault_goes_on_over_a_restart_and_is_not_said_before_its_time():
+    watch = Watch()
+    watch.thruster(0.0, Level.FAULT)
+    new = restarted(watch)
+    assert new.supervisor.levels() == {"thruster 3": Level.FAULT}
+    assert new.repeated(5, 35) == [(30, "T3 entangled? 812 rpm")]
+    assert texts(new.thruster(36.0, Level.NORMAL)) == [(Severity.NOTICE, "T3 ok again: 812 rpm")]
+
+
+def test_what_the_operator_said_holds_over_a_restart():
+    watch = Watch()
+    watch.thruster(0.0, Level.FAULT)
+    watch.dvl(0.0, Level.FAULT)
+    watch.supervisor.acknowledge(["thruster 3"], 1.0)
+    watch.supervisor.mute(["dvl"], 1.0, 60.0)
+    assert restarted(watch).repeated(5, 60) == []
+
+
+def test_subjects_that_are_not_watched_any_more_are_forgotten():
+    watch = Watch()
+    watch.thruster(0.0, Level.FAULT)
+    watch.policies = {"speed": Policy(AT_ONCE)}
+    assert restarted(watch).supervisor.levels() == {}
+
+
+def test_a_request_is_not_made_again_after_a_restart():
+    watch = Watch(thruster=Policy(AT_ONCE, ladder=(Action.HOLD,)), delay_s=0.0)
+    watch.supervisor.heartbeat(heartbeat(0.0, True))
+    assert [type(one).__name__ for one in watch.thruster(0.5, Level.FAULT)].count("CommandLong") == 1
+    new = restarted(watch)
+    for second in range(1, 120):
+        outgoing = new.supervisor.heartbeat(heartbeat(float(second), True)) + new.supervisor.advance(float(second))
+        assert "CommandLong" not in [type(one).__name__ for one in outgoing]
+    assert new.supervisor.intervention is State.SPENT

@@ -111,7 +111,7 @@ class Model:
             self.foreign = 0
 
     def done(self, request: Request) -> None:
-        """It came about: no other mode is one that says nothing. Where nothing was asked, nobody can be against it."""
+        """It came about: no other mode says nothing. Where nothing was asked, nobody can be against it."""
         if self.ours:
             self.ours = set(request.modes | request.after | request.as_good)
             self.before, self.foreign = set(), 0
