@@ -26,7 +26,7 @@ LOSSY = LinkConditions(loss=0.2)
 SLOW = LinkConditions(latency_s=0.5)
 DISORDERLY = LinkConditions(latency_s=0.05, jitter_s=0.3, reordering=0.2, held_s=0.4, duplication=0.2)
 WORST = LinkConditions(loss=0.2, latency_s=0.5, jitter_s=0.1, reordering=0.1, duplication=0.1)
-RUNS = 40
+RUNS = 30
 
 both = pytest.mark.parametrize("make", [ArduSub, Px4], ids=["ardusub", "px4"])
 
@@ -190,7 +190,7 @@ def test_another_program_with_our_ids_is_told_of(make, tmp_path):
 
 
 def acknowledgements(rig: VirtualRig) -> list[CommandAck]:
-    return [one for one in rig.sent if isinstance(one, CommandAck)]
+    return [one.message for one in rig.sent if isinstance(one.message, CommandAck)]
 
 
 @both
@@ -222,6 +222,7 @@ def test_scores_are_told_as_named_values(make, tmp_path):
     rig = rig_of(make, tmp_path, "")
     rig.scene.entangle(1)
     rig.run(5.0)
-    told = {one.name: one.value for one in rig.sent if isinstance(one, NamedValue)}
+    values = [one.message for one in rig.sent if isinstance(one.message, NamedValue)]
+    told = {value.name: value.value for value in values}
     assert told["T1"] > 1.0 > told["T2"] >= 0.0
     assert rig.autopilot.notes.counts["NAMED_VALUE_FLOAT"] > 0

@@ -7,6 +7,7 @@ it (sockets, tasks), which the tests in real time have.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from functools import partial
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
@@ -14,7 +15,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from drivers.mavlink.encoder import MavlinkEncoder, frames_of
 from drivers.mavlink.messages import OutgoingMessage
 from drivers.mavlink.streams import StreamRequests
-from drivers.readings import Reading
+from drivers.readings import AutopilotHeartbeat, Reading
 from gateway.config import Config
 from gateway.findings import Finding
 from gateway.pipeline import Factories, Outcome, Pipeline
@@ -30,6 +31,15 @@ from hil_tests.tests.scene import STAND_INS, Scene
 START_S = 1_700_000_000.0
 PERIOD_S = 0.1
 SYSTEM_ID, COMPONENT_ID = 1, 192
+
+
+@dataclass(frozen=True, slots=True)
+class Sent:
+    """What the gateway has said, when, and the HEARTBEAT that it had heard last."""
+
+    time_s: float
+    message: OutgoingMessage
+    heard: AutopilotHeartbeat | None
 
 
 class VirtualRig:
@@ -67,9 +77,10 @@ class VirtualRig:
         self.up, self.down = Line(conditions, 2 * seed), Line(conditions, 2 * seed + 1)
         self.autopilot = MavlinkAutopilot(self._to_gateway, commander, SYSTEM_ID)
         self.findings: list[Finding] = []
-        self.sent: list[OutgoingMessage] = []
+        self.sent: list[Sent] = []
         self.echo = False
         self._beside: list[MavlinkAutopilot] = []
+        self._heard: AutopilotHeartbeat | None = None
         self._pipeline = Pipeline(config, factories)
         self._decoder = mavlink_decoder(config.mavlink, config.thruster)
         self._encoder = MavlinkEncoder(SYSTEM_ID, COMPONENT_ID)
@@ -128,6 +139,7 @@ class VirtualRig:
         heard: list[Reading] = []
         for datagram in self.up.due(self.time_s):
             readings = self._decoder.decode(datagram, self.time_s)
+            self._heard = next((one for one in readings if isinstance(one, AutopilotHeartbeat)), self._heard)
             self._send(self._decoder.answers())
             self._take(self._pipeline.feed("mavlink", readings))
             heard += readings
@@ -148,7 +160,7 @@ class VirtualRig:
         """As the companion: nothing while it is not known to whom."""
         for message in messages:
             if self._decoder.autopilot_system is not None:
-                self.sent.append(message)
+                self.sent.append(Sent(self.time_s, message, self._heard))
                 for frame in frames_of(self._encoder.encode(message)):
                     self._decoder.own.sent(frame, self.time_s)
                     self.down.put(self.time_s, frame)
