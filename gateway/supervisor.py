@@ -255,7 +255,7 @@ class Supervisor:
         faulty = any(subject.level is Level.FAULT for subject in subjects)
         if not faulty and self._intervention.state is State.IDLE:
             return []
-        wanted = plan(subjects, self._settings.geometry)
+        wanted = plan(subjects, self._settings.geometry, self._kind)
         outgoing: list[Outgoing] = []
         for one in self._intervention.update(time_s, wanted, all_well=not faulty):
             if isinstance(one, StatusText):

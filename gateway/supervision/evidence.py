@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from detectors.verdict import Level
 from gateway import texts
 from gateway.observation import Observation
-from gateway.supervision.actions import RANK, Need, Plan, possible, sends
+from gateway.supervision.actions import RANK, Action, Need, Plan, possible, sends
+from gateway.supervision.autopilots import REQUESTS, AutopilotKind
 from gateway.supervision.subject import Subject
 
 # Detectors that look at the same trouble through other instruments: RPM over one link, heading and position over
@@ -48,8 +49,14 @@ class Geometry:
         return not self.horizontal or self.horizontal.get(subject, 0.0) > 0.0
 
 
-def plan(subjects: Sequence[Subject], geometry: Geometry) -> Plan | None:
-    """What should be done now: the worst of what the unsettled faults ask for; None: nothing."""
+def plan(subjects: Sequence[Subject], geometry: Geometry, kind: AutopilotKind | None = None) -> Plan | None:
+    """What should be done now: the worst of what the unsettled faults ask for; None: nothing.
+
+    Args:
+        subjects: all of them.
+        geometry: which thruster drives the vehicle where.
+        kind: what the autopilot does not know at all is left out; None or another one: nothing is.
+    """
     faulty = [subject for subject in subjects if subject.level is Level.FAULT]
     missing = set(_missing(faulty, geometry))
     detectors = [subject.seen.detector for subject in faulty]
@@ -61,11 +68,16 @@ def plan(subjects: Sequence[Subject], geometry: Geometry) -> Plan | None:
         detector, policy = subject.seen.detector, subject.policy
         ladder = policy.several if policy.several and detectors.count(detector) > 1 else policy.ladder
         alone = set() if subject in confirmed else {Need.EVIDENCE}
-        actions, left_out = possible(ladder, missing | alone)
+        actions, left_out = possible(_known(ladder, kind), missing | alone)
         if any(sends(action) for action in ladder):
             label = together([one.seen.label for one in faulty if one.seen.detector == detector])
             candidates.append(Plan(label, actions, left_out, Need.POSITION not in missing))
     return max(candidates, key=lambda one: RANK[one.actions[0]] if one.actions else 0, default=None)
+
+
+def _known(ladder: Sequence[Action], kind: AutopilotKind | None) -> Sequence[Action]:
+    """What this autopilot can be asked for; all of it where that is nothing, for the pilot is told so."""
+    return [action for action in ladder if (kind, action) in REQUESTS] or ladder
 
 
 def _confirmed(faulty: Iterable[Subject], geometry: Geometry) -> list[Subject]:

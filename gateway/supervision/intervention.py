@@ -130,11 +130,13 @@ class Intervention:
             Happening.TAKEN_OVER: heard is not None and self._taken_over(heard),
             Happening.ALL_WELL: all_well,
             Happening.UNWANTED: self._plan is None,
+            Happening.ALREADY: heard is not None and obstacle in ("", words.JUST_NOW) and self._already(first, heard),
             Happening.BLOCKED: self._plan is not None and self._blocks(obstacle),
             Happening.WORSE: not obstacle and RANK[first] > self._rank,
             Happening.USELESS: not obstacle and self._useless(first, heard),
             Happening.OTHER: not obstacle and first not in (Action.NONE, self._action),
             Happening.EXHAUSTED: failed and self._next(time_s, heard) is Action.NONE,
+            Happening.HARSHER: failed and self._delay_s > 0.0 and RANK[self._next(time_s, heard)] > self._rank,
             Happening.FAILED: failed,
             Happening.ACCEPTED: self._exchange is not None and self._exchange.ended is Ended.ACCEPTED,
             Happening.DUE: heard is not None and heard.time_s >= self._due_s,
@@ -152,6 +154,8 @@ class Intervention:
             return wanted, words.NOT_HEARD
         known = [action for action in plan.actions if (kind_of(heard), action) in REQUESTS]
         obstacle = words.obstacle(kind_of(heard), plan, heard.system_status in OWN_FAILSAFE, bool(known))
+        if self.state is State.COUNTDOWN:  # of a fallback: what was tried is not what comes next
+            known = [action for action in known if action not in self._tried] or known
         first = known[0] if known else wanted
         if not obstacle and self._asked_just_now(first, time_s):
             obstacle = words.JUST_NOW
@@ -184,6 +188,11 @@ class Intervention:
             return self.state is not State.COUNTDOWN and self._ended(request, heard)
         gone_on = heard.custom_mode in request.after and heard.time_s > self._accepted_s
         return gone_on or heard.custom_mode in request.modes | self._as_good(request)
+
+    def _already(self, action: Action, heard: AutopilotHeartbeat) -> bool:
+        """Whether there is nothing to ask for: the autopilot is in a mode that does it."""
+        request = REQUESTS.get((kind_of(heard), action))
+        return request is not None and heard.custom_mode in request.modes | self._as_good(request)
 
     def _ended(self, request: Request, heard: AutopilotHeartbeat) -> bool:
         return not heard.armed or heard.system_status in request.statuses
@@ -233,6 +242,16 @@ class Intervention:
             case Effect.AWAIT:
                 self._accepted_s, self._due_s = time_s, time_s + CONFIRM_S
                 self._exchange = None
+            case Effect.POSTPONE:
+                following = self._next(time_s, heard)
+                yield from words.postponed(time_s, self._action, self._word(), following, self._delay_s, self._label)
+                self._action, self._rank = following, RANK[following]
+                self._exchange, self._due_s = None, time_s + self._delay_s
+            case Effect.ADOPT if heard is not None:
+                self._reset()
+                self._action, _ = self._first(time_s, heard)
+                self._rank, self._label = RANK[self._action], "" if self._plan is None else self._plan.label
+                yield from self._done(time_s, heard)
             case Effect.GIVE_UP:
                 yield from words.given_up(time_s, self._action, self._word(), self._label)
                 self._exchange, self._due_s = None, math.inf

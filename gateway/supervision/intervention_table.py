@@ -42,11 +42,13 @@ class Happening(StrEnum):
     TAKEN_OVER = "mode changed by another"
     ALL_WELL = "no fault lasts"
     UNWANTED = "nothing is wanted"
+    ALREADY = "it is so already"
     BLOCKED = "cannot be asked now"
     WORSE = "more is wanted"
     USELESS = "of no use any more"
     OTHER = "something else is wanted"
     EXHAUSTED = "failed, and nothing is left"
+    HARSHER = "failed, and what is next is harsher"
     FAILED = "refused, unanswered or not shown"
     ACCEPTED = "autopilot accepted"
     DUE = "delay is over, mode as before"
@@ -65,6 +67,8 @@ class Effect(Enum):
     ASK = auto()
     AWAIT = auto()
     FALL_BACK = auto()
+    POSTPONE = auto()
+    ADOPT = auto()
     GIVE_UP = auto()
     DONE = auto()
     YIELD = auto()
@@ -81,12 +85,14 @@ class Step:
 
 # What is not listed changes nothing.
 TABLE: Mapping[tuple[State, Happening], Step] = {
+    (State.IDLE, Happening.ALREADY): Step(State.STANDING, Effect.ADOPT),
     (State.IDLE, Happening.BLOCKED): Step(State.REFRAINED, Effect.REFRAIN),
     (State.IDLE, Happening.WANTED): Step(State.COUNTDOWN, Effect.ANNOUNCE),
     (State.REFRAINED, Happening.SHOWN): Step(State.STANDING, Effect.DONE),
     (State.REFRAINED, Happening.DISARMED): Step(State.IDLE, Effect.END),
     (State.REFRAINED, Happening.TAKEN_OVER): Step(State.YIELDED, Effect.YIELD),
     (State.REFRAINED, Happening.UNWANTED): Step(State.IDLE, Effect.END),
+    (State.REFRAINED, Happening.ALREADY): Step(State.STANDING, Effect.ADOPT),
     (State.REFRAINED, Happening.WANTED): Step(State.COUNTDOWN, Effect.ANNOUNCE),
     (State.COUNTDOWN, Happening.SHOWN): Step(State.STANDING, Effect.DONE),
     (State.COUNTDOWN, Happening.DISARMED): Step(State.IDLE, Effect.CANCEL),
@@ -103,12 +109,14 @@ TABLE: Mapping[tuple[State, Happening], Step] = {
     (State.ASKED, Happening.BLOCKED): Step(State.REFRAINED, Effect.REFRAIN),
     (State.ASKED, Happening.USELESS): Step(State.COUNTDOWN, Effect.ANNOUNCE),
     (State.ASKED, Happening.EXHAUSTED): Step(State.SPENT, Effect.GIVE_UP),
+    (State.ASKED, Happening.HARSHER): Step(State.COUNTDOWN, Effect.POSTPONE),
     (State.ASKED, Happening.FAILED): Step(State.ASKED, Effect.FALL_BACK),
     (State.ASKED, Happening.ACCEPTED): Step(State.CONFIRMING, Effect.AWAIT),
     (State.CONFIRMING, Happening.SHOWN): Step(State.STANDING, Effect.DONE),
     (State.CONFIRMING, Happening.DISARMED): Step(State.IDLE, Effect.END),
     (State.CONFIRMING, Happening.TAKEN_OVER): Step(State.YIELDED, Effect.YIELD),
     (State.CONFIRMING, Happening.EXHAUSTED): Step(State.SPENT, Effect.GIVE_UP),
+    (State.CONFIRMING, Happening.HARSHER): Step(State.COUNTDOWN, Effect.POSTPONE),
     (State.CONFIRMING, Happening.FAILED): Step(State.ASKED, Effect.FALL_BACK),
     (State.STANDING, Happening.DISARMED): Step(State.IDLE, Effect.END),
     (State.STANDING, Happening.TAKEN_OVER): Step(State.YIELDED, Effect.YIELD),

@@ -28,7 +28,7 @@ def obstacle(kind: AutopilotKind, plan: Plan, own_failsafe: bool, known: bool) -
     if kind is AutopilotKind.OTHER:
         return "autopilot not known"
     if own_failsafe:
-        return "its own failsafe is active"
+        return "autopilot in its own failsafe"
     return "" if known else f"{kind} has none"
 
 
@@ -66,6 +66,12 @@ def asked(time_s: float, action: Action, label: str) -> Finding:
 def fell_back(time_s: float, action: Action, word: str, following: Action, label: str) -> _Words:
     """An action did not come about, the next is asked for."""
     text = texts.fitted(f"{_name(action)} {word}, asking {following}", (f" for {label}",), "")
+    return _both(time_s, Level.SUSPECT, Severity.ERROR, text)
+
+
+def postponed(time_s: float, action: Action, word: str, following: Action, in_s: float, label: str) -> _Words:
+    """An action did not come about, the next is graver, and announced."""
+    text = texts.fitted(f"{_name(action)} {word}, {following} in {in_s:.0f} s", (f" for {label}",), "")
     return _both(time_s, Level.SUSPECT, Severity.ERROR, text)
 
 

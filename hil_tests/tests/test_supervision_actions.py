@@ -141,7 +141,7 @@ def test_nothing_is_asked_of_an_autopilot_in_its_own_failsafe(kind, tmp_path):
     rig.scene.entangle(1)
     rig.run(SOON_S)
     assert rig.asked == []
-    assert rig.said("its own failsafe is active")
+    assert rig.said("autopilot in its own failsafe")
     assert rig.said("T1 entangled")
 
 

@@ -19,6 +19,7 @@ from gateway.supervision.intervention_table import TABLE, Effect, Happening, Sta
 from gateway.supervision.tests.scene import (
     ACCEPTED,
     ACRO,
+    ACTIVE,
     ALT_HOLD,
     DELAY_S,
     DENIED,
@@ -62,6 +63,13 @@ def bring_about(happening: Happening, scene: Scene) -> None:
             scene.want(Action.MANUAL)
         case Happening.OTHER:
             scene.want(Action.MANUAL, Action.HOLD)
+        case Happening.ALREADY:
+            scene.beat(mode=ALT_HOLD, status=ACTIVE)
+            if scene.state is State.IDLE:
+                scene.want(Action.HOLD)
+        case Happening.HARSHER:
+            scene.plan = scene.plan and Plan("T3", (Action.HOLD, Action.SURFACE))
+            _fail(scene, exhausted=False)
         case Happening.EXHAUSTED | Happening.FAILED:
             _fail(scene, exhausted=happening is Happening.EXHAUSTED)
         case Happening.ACCEPTED:
@@ -98,7 +106,9 @@ ALSO = {
     Happening.WORSE: (Happening.OTHER, Happening.WANTED),
     Happening.USELESS: (Happening.OTHER, Happening.WANTED),
     Happening.OTHER: (Happening.WANTED,),
+    Happening.ALREADY: (Happening.SHOWN,),
     Happening.EXHAUSTED: (Happening.FAILED,),
+    Happening.HARSHER: (Happening.FAILED,),
 }
 
 
@@ -118,10 +128,12 @@ def expected(state: State, happening: Happening) -> tuple[State, Effect]:
 TEXT_OF = {
     Effect.ANNOUNCE: r"(Hold|Surface|Manual) in 5 s for T3, change mode to stop",
     Effect.CHANGE: r"Manual in 5 s for T3, change mode to stop",
-    Effect.REFRAIN: r"Hold not asked: its own failsafe is active",
+    Effect.REFRAIN: r"Hold not asked: autopilot in its own failsafe",
     Effect.CANCEL: r"Hold (cancelled: vehicle disarmed|for T3 cancelled: no need)",
     Effect.RECALL: r"Hold not needed now, may still come \(T3\)",
     Effect.FALL_BACK: r"Hold (denied|not shown), asking manual for T3",
+    Effect.POSTPONE: r"Hold (denied|not shown), surface in 5 s for T3",
+    Effect.ADOPT: r"Hold is on already, good for T3",
     Effect.GIVE_UP: r"Hold (denied|not shown): yours to act on T3",
     Effect.DONE: r"Hold (done for T3|is on already, good for T3)",
     Effect.YIELD: r"Mode changed: gateway keeps out until all is well",
@@ -521,3 +533,48 @@ def test_the_interval_lasts_over_a_restart():
 def test_negative_times_are_the_callers_mistake(wrong):
     with pytest.raises(ValueError, match="want 0 or more seconds"):
         Intervention(AutopilotWatch(), **wrong)
+
+
+# What is graver than what was announced ------------------------------------------------------------
+
+
+def test_what_is_harsher_than_announced_gets_its_own_delay():
+    scene = Scene(Action.HOLD, Action.DISARM)
+    scene.wait(DELAY_S)
+    scene.answer(DENIED)
+    assert scene.said == "Hold denied, disarm in 5 s for T3"
+    scene.wait(DELAY_S - 1.0)
+    assert [command.command for command in scene.commands] == [176]
+    scene.wait(1.0)
+    assert [command.command for command in scene.commands] == [176, 400]
+
+
+def test_pilot_prevents_what_is_harsher():
+    scene = Scene(Action.HOLD, Action.DISARM)
+    scene.wait(DELAY_S)
+    scene.answer(DENIED)
+    scene.wait(1.0)
+    scene.beat(mode=MANUAL)
+    assert scene.state is State.YIELDED
+    scene.wait(INTERVAL_S)
+    assert [command.command for command in scene.commands] == [176]
+
+
+@pytest.mark.parametrize("mode", [ALT_HOLD, POSHOLD])
+def test_what_is_so_already_is_not_announced(mode):
+    scene = Scene()
+    scene.beat(mode=mode)
+    scene.want(Action.HOLD)
+    assert [text.text for text in scene.texts] == ["Hold is on already, good for T3"]
+    assert scene.state is State.STANDING and not scene.commands
+    scene.wait(1.0)
+    scene.beat(mode=MANUAL)
+    scene.wait(1.0)
+    assert scene.state is State.YIELDED
+
+
+def test_a_position_mode_is_not_good_enough_where_the_position_is_not_known():
+    scene = Scene()
+    scene.beat(mode=POSHOLD)
+    scene.want(Action.HOLD, position_trusted=False)
+    assert scene.state is State.COUNTDOWN
