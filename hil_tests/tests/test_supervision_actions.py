@@ -15,7 +15,7 @@ from hil_tests.rig.commands import Command, Result
 from hil_tests.rig.conduct import NOT_SHOWN, SILENCE, Reply
 from hil_tests.rig.px4 import MainMode, Px4
 from hil_tests.tests.scene import Scene, configuration
-from hil_tests.tests.virtual_rig import VirtualRig
+from hil_tests.tests.virtual_rig import PERIOD_S, VirtualRig
 
 HEALTHY_S = 7.0  # the detectors' stand-ins learn for five
 SOON_S = 35.0  # longer than between two repetitions
@@ -132,6 +132,21 @@ def test_after_all_was_well_the_next_fault_is_acted_on_again(kind, tmp_path):
     rig.scene.entangle(2)
     assert rig.run(15.0, lambda: rig.said("Hold done for T2"))
     assert len(rig.asked) == 2
+
+
+def test_the_same_is_not_asked_again_within_the_interval(kind, tmp_path):
+    rig = rig_of(kind, tmp_path, HOLD + NO_DELAY)
+    rig.scene.entangle(1)
+    assert rig.run(5.0, lambda: rig.said("Hold done for T1"))
+    rig.scene.free()
+    assert rig.run(20.0, lambda: rig.said("T1 ok again"))
+    rig.commander.mode = kind.manual
+    rig.run(5.0)
+    rig.scene.entangle(1)
+    rig.run(LONG_S)
+    first, second = (one.time_s for one in rig.asked)
+    assert 60.0 <= second - first + PERIOD_S <= 62.0
+    assert rig.commander.mode is kind.hold
 
 
 def test_nothing_is_asked_of_an_autopilot_in_its_own_failsafe(kind, tmp_path):
