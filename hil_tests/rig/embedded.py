@@ -15,7 +15,9 @@ from hil_tests.rig import acoustic, dvl
 from hil_tests.rig.acoustic import AcousticErrors, AcousticSystem
 from hil_tests.rig.ardusub import ArduSub
 from hil_tests.rig.autopilot import AutopilotPeer
+from hil_tests.rig.commander import Commander
 from hil_tests.rig.esc import CommandNode, EscBank, raw_command_filter
+from hil_tests.rig.esc_messages import ESC_STATUS_ID, EscReport
 from hil_tests.rig.faults import HullFault, InjectedFault
 from hil_tests.rig.helm import Course, steer
 from hil_tests.rig.instruments import Equipment, Instruments
@@ -82,6 +84,7 @@ class EmbeddedVehicle:
         style: how the pilot drives.
         course: headings that the pilot steers; None: the yaw stick is moved like the others.
         surroundings: water, hull and navigation.
+        commander: the autopilot; None: an ArduSub.
 
     Attributes:
         vehicle: thrusters, battery and hull.
@@ -106,6 +109,7 @@ class EmbeddedVehicle:
         style: DrivingStyle = WORKING,
         course: Course | None = None,
         surroundings: Surroundings = Surroundings(),
+        commander: Commander | None = None,
     ) -> None:
         self._now = now
         self._start_s = now()
@@ -113,7 +117,7 @@ class EmbeddedVehicle:
         self._commands = mix(Sticks())
         self._pilot = Pilot(seed, style)
         self._course = course
-        self._ardusub = ArduSub()
+        self._commander = commander or ArduSub()
         self.vehicle = Vehicle(STEP_S, seed, faults, water=surroundings.water, hull_faults=surroundings.hull_faults)
         self._navigation = NavigationFilter(surroundings.navigation, seed)
         self._acoustic = AcousticSystem(surroundings.acoustic, seed) if surroundings.acoustic else None
@@ -131,7 +135,7 @@ class EmbeddedVehicle:
         ]
         self._command_node = CommandNode(self._buses[0])
         self._escs = EscBank(self._buses[1], self.vehicle)
-        self._autopilot = AutopilotPeer(gateway, self._ardusub)
+        self._autopilot = AutopilotPeer(gateway, self._commander)
         self._error: Exception | None = None
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="embedded vehicle", daemon=True)
@@ -149,7 +153,7 @@ class EmbeddedVehicle:
     @property
     def mode(self) -> str:
         """The autopilot's present mode."""
-        return self._ardusub.mode_name
+        return self._commander.mode_name
 
     def __enter__(self) -> EmbeddedVehicle:
         self._thread.start()
@@ -187,7 +191,7 @@ class EmbeddedVehicle:
 
     def _step(self, since_start_s: float) -> None:
         time_s = self._start_s + since_start_s
-        self._commands = mix(self._ardusub.demand(self._sticks(since_start_s), self.vehicle.hull.motion))
+        self._commands = mix(self._commander.demand(self._sticks(since_start_s), self.vehicle.hull.motion))
         if self._steps % STEPS_PER_REPORT == 0:
             self._command_node.publish(time_s, self._commands)
         motion = self.vehicle.step(since_start_s, self._escs.commands(time_s))
@@ -203,7 +207,13 @@ class EmbeddedVehicle:
         self._steps += 1
 
     def _telemetry(self, since_start_s: float, motion: Motion) -> Telemetry:
-        return Telemetry(since_start_s, self._navigation.seen(motion), self._commands, self._instruments)
+        told = self._esc_reports() if ESC_STATUS_ID in self._commander.streams else ()
+        return Telemetry(since_start_s, self._navigation.seen(motion), self._commands, self._instruments, told)
+
+    def _esc_reports(self) -> Sequence[EscReport]:
+        """What the ESCs tell the autopilot, which tells it on."""
+        measured = [thruster.measure(STEPS_PER_REPORT * STEP_S) for thruster in self.vehicle.thrusters]
+        return [EscReport(one.speed_rpm, self.vehicle.battery.voltage_v, one.supply_a) for one in measured]
 
     def _measure(self, instruments: Instruments, time_s: float, since_start_s: float, motion: Motion) -> None:
         """Let the instruments feel a step, and tell of it at the pace of their own clocks, however late this is."""

@@ -17,10 +17,12 @@ from drivers.can.frame import CanFrame
 from drivers.readings import ThrusterCommand, ThrusterReport
 from hil_tests.rig.acoustic import AcousticErrors
 from hil_tests.rig.embedded import EmbeddedVehicle, Surroundings
+from hil_tests.rig.esc_messages import ESC_INFO_ID, ESC_STATUS_ID
 from hil_tests.rig.faults import FaultType, HullFault, InjectedFault
 from hil_tests.rig.helm import box
 from hil_tests.rig.instruments import Equipment
 from hil_tests.rig.pilot import SURVEYING
+from hil_tests.rig.px4 import Px4
 from hil_tests.rig.water import Current
 
 CHANNEL = "test_embedded"
@@ -138,6 +140,16 @@ def test_acoustic_fixes_come_from_the_vehicle_as_another_component(gateway, list
     assert 4 <= len(fixes) <= 5
     assert {(fix.get_srcSystem(), fix.get_srcComponent()) for fix in fixes} == {(1, 220)}
     assert len(senders) == 1
+
+
+def test_a_px4_tells_what_its_escs_report(gateway, listener):
+    vehicle = embedded(gateway, commander=Px4())
+    vehicle.advance(1002.0)
+    vehicle.close()
+    heard, _ = overheard(gateway)
+    kinds = {message.get_type() for message in heard}
+    assert {f"UNKNOWN_{message_id}" for message_id in (ESC_INFO_ID, ESC_STATUS_ID)} <= kinds  # pymavlink lacks both
+    assert vehicle.mode == "MANUAL"
 
 
 def ask_for(gateway, vehicle, intervals_us, time_s) -> None:
