@@ -134,7 +134,7 @@ def tell(config: Path, what: str, subject: tuple[str, ...], minutes: float | Non
     status        levels of all subjects, and the newest texts
     acknowledge   SUBJECT was seen: it is not said again, and nothing is asked of the autopilot because of it
     accept        SUBJECT is well as it is: what is learnt now is its new reference
-    mute          no texts of SUBJECT for ten minutes, or for --minutes
+    mute          no texts of SUBJECT for ten minutes, or for --minutes; of all: what nags now
 
     SUBJECT is one of those that are watched, such as T3, speed, dvl, depth sensor, or all; or several of them.
 

@@ -9,6 +9,7 @@ from functools import partial
 
 from drivers.clock import Clock
 from drivers.mavlink.encoder import MavlinkEncoder, frames_of
+from drivers.mavlink.formats import name_of
 from drivers.mavlink.link import MavlinkLink
 from drivers.mavlink.messages import CommandAck, OutgoingMessage
 from drivers.mavlink.streams import StreamRequests
@@ -31,6 +32,7 @@ from gateway.wiring import mavlink_decoder
 log = logging.getLogger("gateway")
 
 COMPUTER_STATUS_S = 2.0
+RESULT_DENIED = 2  # MAV_RESULT
 
 
 class Companion:
@@ -72,6 +74,7 @@ class Companion:
         self._computer = ComputerWatch(config.files.findings.parent)
         self._computer_s = 0.0
         self._settled = self._up = False
+        self._refused_systems: set[int] = set()
         self._encoders: dict[int, MavlinkEncoder] = {}
         self._unsent: Counter[str] = Counter()
         self._autopilot_clock: AutopilotClock | None = None
@@ -145,6 +148,7 @@ class Companion:
         known = self._decoder.autopilot_system if self.received else None
         readings = self._decoder.decode(data, time_s)
         for answer in self._decoder.answers():
+            self._tell_refusal(answer)
             self.send(answer)
         self.received += len(readings)
         for news in self._signing.news(self._decoder.drops) if self._signing is not None else ():
@@ -174,6 +178,19 @@ class Companion:
             case AutopilotClock():
                 self._autopilot_clock = reading
 
+    def _tell_refusal(self, answer: OutgoingMessage) -> None:
+        """Who is refused does not learn why over MAVLink: the log says it once."""
+        if not (isinstance(answer, CommandAck) and answer.result == RESULT_DENIED):
+            return
+        system = answer.target_system
+        if system in self._settings.operators:
+            advice = "want the number of a subject, and where a key is set, a signature"
+        else:
+            advice = f"mavlink.operators = {self._settings.operators}: add {system} if it may"
+        if system not in self._refused_systems:
+            self._refused_systems.add(system)
+            log.warning("mavlink: a command of system %d was refused: %s", system, advice)
+
     def _ask(self, readings: Sequence[Reading], time_s: float) -> None:
         for request in self._requests.update(readings, time_s):
             self.send(request)
@@ -189,9 +206,6 @@ class Companion:
                 self._settings.component_id,
             )
             return
-        log.info(
-            "streams: %d granted, %d refused, %d unanswered",
-            len(requests.accepted),
-            len(requests.refused),
-            len(requests.unanswered),
-        )
+        others = {"refused": requests.refused, "unanswered": requests.unanswered}
+        named = [f"{word}: {', '.join(map(name_of, sorted(ids)))}" for word, ids in others.items() if ids]
+        log.info("streams: %d granted%s", len(requests.accepted), "".join(f", {one}" for one in named))

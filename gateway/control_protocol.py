@@ -37,8 +37,8 @@ class Request:
         if self.ask != STATUS and self.ask not in ACTS:
             raise ValueError(f"ask = {self.ask!r}: want one of {', '.join((STATUS, *ACTS))}")
         if (self.ask == STATUS) == bool(self.subjects):
-            wanted = "none" if self.ask == STATUS else "at least one"
-            raise ValueError(f"subjects = {list(self.subjects)}: want {wanted} with {self.ask}")
+            wanted = "goes without a subject: all are shown" if self.ask == STATUS else "wants a subject, or all"
+            raise ValueError(f"{self.ask} {wanted}")
         if not (isfinite(self.duration_s) and 0.0 <= self.duration_s <= MUTE_MAX_S):
             raise ValueError(f"duration_s = {self.duration_s}: want 0 to {MUTE_MAX_S:.0f} s")
 

@@ -23,7 +23,7 @@ class Finding:
 
     Attributes:
         time_s: instant of the sample, reading or tick that it follows from.
-        detector: who says so: "thruster", "speed", "navigation", "link", "signal", "failsafe".
+        detector: who says so: "thruster", "speed", "navigation", "link", "signal", "failsafe", "operator".
         subject: of what: "thruster 3", "thruster 3 esc", "link can0", "vehicle", "dvl".
         level: the new level.
         score: dimensionless evidence, 1.0 = the threshold of a FAULT; NaN where there is none.

@@ -5,13 +5,13 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from collections.abc import Callable, Sequence
-from math import ceil
 
 from drivers.mavlink.messages import CommandAck
 from drivers.readings import OperatorAct, OperatorRequest
 from gateway.control_protocol import ACTS, Answer, Request
+from gateway.findings import Finding
 from gateway.judging import Work
-from gateway.operator import MUTE_S, RESULT_ACCEPTED, code_of
+from gateway.operator import OWN_OPERATOR, RESULT_ACCEPTED, code_of
 from gateway.pipeline import Arrival
 from gateway.subject_words import subjects_named
 
@@ -21,6 +21,9 @@ LINK = "operator"
 HIMSELF = 0, 0
 # judging is behind by seconds at most, or it is ended
 ANSWER_S = 10.0
+UNANSWERED = "no answer: the gateway is too busy, or stops"
+# MAV_RESULT (None: no answer), and what was done, in words
+_Done = tuple[int | None, str]
 
 
 class LocalOperator:
@@ -34,22 +37,28 @@ class LocalOperator:
 
     def __init__(self, watched: Sequence[str], put: Callable[[Work], bool], now: Callable[[], float]) -> None:
         self._watched, self._put, self._now = watched, put, now
-        self._open: deque[asyncio.Future[int]] = deque()
+        self._done = ""
+        self._open: deque[asyncio.Future[_Done]] = deque()
 
-    def say(self, act: OperatorAct, code: int, duration_s: float = 0.0) -> asyncio.Future[int] | None:
-        """Says it; comes to a MAV_RESULT. None: the gateway takes nothing more in."""
+    def say(self, act: OperatorAct, code: int, duration_s: float = 0.0) -> asyncio.Future[_Done] | None:
+        """Says it; comes to what was done. None: the gateway takes nothing more in."""
         request = OperatorRequest(self._now(), act, code, duration_s, *HIMSELF)
         if not self._put(Arrival(LINK, [request])):
             return None
         self._open.append(asyncio.get_running_loop().create_future())
         return self._open[-1]
 
+    def note(self, finding: Finding) -> None:
+        """What was done, in words; the answer comes after it."""
+        if finding.detector == "operator" and finding.text.endswith(OWN_OPERATOR):
+            self._done = finding.text.removesuffix(OWN_OPERATOR)
+
     def hear(self, ack: CommandAck) -> None:
         """An answer of the pipeline; one to somebody else is let pass."""
         if (ack.target_system, ack.target_component) == HIMSELF and self._open:
-            waiting = self._open.popleft()
+            waiting, done, self._done = self._open.popleft(), self._done, ""
             if not waiting.done():
-                waiting.set_result(ack.result)
+                waiting.set_result((ack.result, done))
 
     async def do(self, request: Request) -> Answer:
         """Does one of the acts."""
@@ -57,35 +66,16 @@ class LocalOperator:
             subjects = subjects_named(request.subjects, self._watched)
         except ValueError as error:
             return Answer(False, (str(error),))
-        answers = [
-            (subject, self.say(ACTS[request.ask], code_of(subject), request.duration_s)) for subject in subjects
-        ]
-        results = [(subject, await _result(answer)) for subject, answer in answers]
-        return Answer(
-            all(result == RESULT_ACCEPTED for _, result in results),
-            tuple(f"{subject}: {_words(request, result)}" for subject, result in results),
-        )
+        answers = [self.say(ACTS[request.ask], code_of(subject), request.duration_s) for subject in subjects]
+        done = [await _result(answer) for answer in answers]
+        return Answer(all(result == RESULT_ACCEPTED for result, _ in done), tuple(said for _, said in done))
 
 
-async def _result(answer: asyncio.Future[int] | None) -> int | None:
+async def _result(answer: asyncio.Future[_Done] | None) -> _Done:
     if answer is None:
-        return None
+        return None, UNANSWERED
     try:
         async with asyncio.timeout(ANSWER_S):
             return await answer
     except TimeoutError:
-        return None
-
-
-def _words(request: Request, result: int | None) -> str:
-    if result is None:
-        return "no answer, the gateway is too busy or stops"
-    if result != RESULT_ACCEPTED:
-        return f"refused (MAV_RESULT {result})"
-    match ACTS[request.ask]:
-        case OperatorAct.ACCEPT:
-            return "accepted as it is"
-        case OperatorAct.ACKNOWLEDGE:
-            return "acknowledged"
-        case OperatorAct.MUTE:
-            return f"muted for {ceil((request.duration_s or MUTE_S) / 60.0)} min"
+        return None, UNANSWERED

@@ -12,12 +12,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from math import nan
 from typing import Any
 
 from detectors.verdict import Level
 from drivers.mavlink.messages import CommandAck
 from drivers.readings import OperatorAct, OperatorRequest
 from gateway.channel import Channel
+from gateway.findings import Finding
+from gateway.severity import Severity
 from gateway.supervisor import Outgoing, Supervisor
 
 ALL = "all"
@@ -38,6 +41,11 @@ _CODE_OF: Mapping[str, int] = {subject: code for code, subject in CODES.items()}
 
 MUTE_S = 600.0
 MUTE_MAX_S = 86_400.0
+# less is said in seconds
+MINUTES_FROM_S = 120.0
+
+# who has said it, where it was said on this machine
+OWN_OPERATOR = " (gateway tell)"
 
 RESULT_ACCEPTED, RESULT_DENIED = 0, 2  # MAV_RESULT
 
@@ -76,10 +84,12 @@ class OperatorDesk:
         """Does what is said; the answer comes last."""
         subjects = self._subjects(request.code)
         if subjects:
-            yield from self._do(request, subjects)
+            said, outgoing = self._do(request, subjects)
+            yield from outgoing
         else:
-            name = subject_of(request.code) or f"subject {request.code}"
-            yield from self._supervisor.inform(request.time_s, f"{name.capitalize()} is not watched here")
+            said = f"{_name(request.code)} is not watched here"
+        yield self._finding(request, said)
+        yield from self._supervisor.inform(request.time_s, said)
         result = RESULT_ACCEPTED if subjects else RESULT_DENIED
         yield CommandAck(request.act, result, request.system_id, request.component_id)
 
@@ -100,22 +110,41 @@ class OperatorDesk:
             return tuple(watched | dict.fromkeys(self._supervisor.levels()))
         return (subject,) if subject in watched else ()
 
-    def _do(self, request: OperatorRequest, subjects: Sequence[str]) -> Iterator[Outgoing]:
-        time_s, name = request.time_s, self._name(request.code)
+    def _do(self, request: OperatorRequest, subjects: Sequence[str]) -> tuple[str, list[Outgoing]]:
+        """What was done, in words, and what comes of it. A mute of all is of what nags now, not of what may come."""
+        time_s, name = request.time_s, _name(request.code)
+        levels = self._supervisor.levels()
+        bad = [one for one in subjects if levels.get(one, Level.UNKNOWN) >= Level.SUSPECT]
         match request.act:
             case OperatorAct.ACKNOWLEDGE:
-                yield from self._supervisor.acknowledge(subjects, time_s)
-                yield from self._supervisor.inform(time_s, f"{name} acknowledged")
+                said = f"{name} acknowledged" if bad else f"{name}: nothing to acknowledge"
+                return said, self._supervisor.acknowledge(bad, time_s)
             case OperatorAct.ACCEPT:
-                yield from self.accept(subjects, time_s)
-                yield from self._supervisor.inform(time_s, f"{name} accepted as it is")
+                return f"{name} accepted as it is", [*self.accept(subjects, time_s)]
             case OperatorAct.MUTE:
-                levels = self._supervisor.levels()
-                if request.code == 0:  # what nags now, and not what may come
-                    subjects = [one for one in subjects if levels.get(one, Level.UNKNOWN) >= Level.SUSPECT]
+                muted = bad if subject_of(request.code) == ALL else subjects
                 duration_s = min(request.duration_s or MUTE_S, MUTE_MAX_S)
-                self._supervisor.mute(subjects, time_s, duration_s)
-                yield from self._supervisor.inform(time_s, f"{name} muted for {duration_s / 60.0:.0f} min")
+                self._supervisor.mute(muted, time_s, duration_s)
+                return f"{name} muted for {lasting(duration_s)}" if muted else f"{name}: nothing to mute", []
 
-    def _name(self, code: int) -> str:
-        return (subject_of(code) or ALL).capitalize()
+    def _finding(self, request: OperatorRequest, said: str) -> Finding:
+        """Who said what is on record, too."""
+        subject = subject_of(request.code) or ALL
+        level = self._supervisor.levels().get(subject, Level.UNKNOWN)
+        speaker = f" ({request.system_id}/{request.component_id})" if request.system_id else OWN_OPERATOR
+        return Finding(request.time_s, "operator", subject, level, nan, said + speaker, Severity.INFO)
+
+
+def lasting(duration_s: float) -> str:
+    """A time in words: `10 min`, `12 s`."""
+    return f"{duration_s:.0f} s" if duration_s < MINUTES_FROM_S else f"{duration_s / 60.0:.0f} min"
+
+
+def _name(code: int) -> str:
+    """As in the texts on the subject."""
+    subject = subject_of(code)
+    if subject is None:
+        return f"Subject {code}"
+    if subject.startswith(THRUSTER):
+        return f"T{code}"
+    return {"dvl": "DVL", "vehicle": "Speed"}.get(subject, subject.capitalize())

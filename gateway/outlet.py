@@ -94,5 +94,5 @@ class Outlet:
 
 
 def _line(finding: Finding) -> str:
-    """For the log: a note on a failsafe request says how it went, and not how well the vehicle is."""
-    return finding.text if finding.detector == "failsafe" else f"{finding.level.name}: {finding.text}"
+    """For the log: a note on what was asked says how it went, and not how well the vehicle is."""
+    return finding.text if finding.detector in ("failsafe", "operator") else f"{finding.level.name}: {finding.text}"

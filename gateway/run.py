@@ -22,7 +22,7 @@ from gateway.config import Config
 from gateway.config_sections import MAVLINK
 from gateway.control import ControlSocket
 from gateway.control_protocol import STATUS, Answer, Request, Said
-from gateway.findings import FindingsFile
+from gateway.findings import Finding, FindingsFile
 from gateway.judging import Judging
 from gateway.local_operator import LocalOperator
 from gateway.memory import Memory
@@ -195,8 +195,11 @@ class _Session:
             self._operator.say(OperatorAct.ACCEPT, code_of(ALL))
 
     def _hear_answer(self, outcome: Outcome) -> None:
-        if isinstance(outcome, CommandAck):
-            self._operator.hear(outcome)
+        match outcome:
+            case Finding():
+                self._operator.note(outcome)
+            case CommandAck():
+                self._operator.hear(outcome)
 
     async def _answer(self, request: Request) -> Answer:
         if request.ask != STATUS:

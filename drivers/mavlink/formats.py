@@ -74,6 +74,13 @@ CRC_EXTRA: dict[int, int] = {message_id: message.crc_extra for message_id, messa
 CRC_EXTRA |= {extra.message_id: extra.crc_extra for extra in (ESC_INFO, ESC_STATUS)}
 
 
+def name_of(message_id: int) -> str:
+    """MAVLink's name of a message, its number where the dialect lacks it."""
+    message = dialect.mavlink_map.get(message_id)
+    own = {ESC_INFO.message_id: "ESC_INFO", ESC_STATUS.message_id: "ESC_STATUS"}
+    return own.get(message_id, str(message_id)) if message is None else str(message.msgname)
+
+
 # pymavlink's compiled checksum without the object around it, a third of the time; None where it could not be loaded.
 _mcrf4xx = getattr(dialect, "mcrf4xx", None) or (lambda data: dialect.x25crc(data).crc)
 _CLOSING = [bytes((crc_extra,)) for crc_extra in range(256)]

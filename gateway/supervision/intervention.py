@@ -246,7 +246,7 @@ class Intervention:
                 following = self._next(time_s, heard)
                 yield from words.postponed(time_s, self._action, self._word(), following, self._delay_s, self._label)
                 self._action, self._rank = following, RANK[following]
-                self._exchange, self._due_s = None, time_s + self._delay_s
+                self._exchange, self._due_s, self._accepted_s = None, time_s + self._delay_s, math.inf
             case Effect.ADOPT if heard is not None:
                 self._reset()
                 self._action, _ = self._first(time_s, heard)
@@ -268,15 +268,23 @@ class Intervention:
         due_s = self._due_s
         if restart:  # what counts is a HEARTBEAT from after the delay: the pilot's mode change shows in the next one
             due_s = time_s + self._delay_s if self._delay_s > 0.0 else -math.inf
-        # what was asked before may still come about, and is nobody's override
-        modes, acted = frozenset(self._our_modes | self._mode_before), self._acted
+        modes, acted = self._nobodys(heard), self._acted
         self._reset()
         self._acted = acted
         self._action, self._rank, self._due_s = action, RANK[action], due_s
         self._label = "" if self._plan is None else self._plan.label
-        self._mode_before = modes or (frozenset() if heard is None else frozenset({heard.custom_mode}))
+        self._mode_before = modes
         if due_s > -math.inf:
             yield from words.announced(time_s, action, max(0.0, due_s - time_s), self._label)
+
+    def _nobodys(self, heard: AutopilotHeartbeat | None) -> frozenset[int]:
+        """Modes that are no override now: the present one, and what was asked before and may still come about."""
+        present = frozenset() if heard is None else frozenset({heard.custom_mode})
+        if self.state is not State.STANDING:
+            return frozenset(self._our_modes | self._mode_before) or present
+        request = None if heard is None else self._request(heard)
+        after = frozenset() if request is None else request.after
+        return (present & self._our_modes) | after or frozenset(self._our_modes) or present
 
     def _refrain(self, time_s: float, heard: AutopilotHeartbeat | None) -> Iterator[Outcome]:
         action, obstacle = self._first(time_s, heard)

@@ -7,18 +7,22 @@ import os
 import socket
 import stat
 import threading
+from math import nan
 from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from detectors.verdict import Level
 from drivers.mavlink.messages import CommandAck
 from drivers.readings import OperatorAct, OperatorRequest
 from gateway import control, local_operator
 from gateway.control import ControlSocket, SocketTakenError
 from gateway.control_protocol import ACTS, STATUS, Answer, Request, Said
+from gateway.findings import Finding
 from gateway.local_operator import LocalOperator
+from gateway.severity import Severity
 from gateway.tell import NoAnswerError, ask, lines
 
 # The protocol
@@ -48,8 +52,8 @@ def test_answers_come_back_whole(answer):
         (b"[]", "a list: want a JSON object"),
         (b"{}", "ask = None: want a word"),
         (b'{"ask": "stop"}', "ask = 'stop': want one of status, acknowledge, accept, mute"),
-        (b'{"ask": "accept"}', "want at least one with accept"),
-        (b'{"ask": "status", "subjects": ["dvl"]}', "want none with status"),
+        (b'{"ask": "accept"}', "accept wants a subject, or all"),
+        (b'{"ask": "status", "subjects": ["dvl"]}', "status goes without a subject"),
         (b'{"ask": "accept", "subjects": "dvl"}', "subjects: want a list of words"),
         (b'{"ask": "accept", "subjects": [3]}', "subjects: want a list of words"),
         (b'{"ask": "mute", "subjects": ["dvl"], "duration_s": -1}', "want 0 to 86400 s"),
@@ -322,8 +326,11 @@ class Desk:
             self.said += work.readings
         return self.takes
 
-    def answer(self, *results: int) -> None:
+    def answer(self, *results: int, done: str = "T3 muted for 90 s") -> None:
         for result in results:
+            self.operator.note(
+                Finding(1.7e9, "operator", "x", Level.NORMAL, nan, f"{done} (gateway tell)", Severity.INFO)
+            )
             self.operator.hear(CommandAck(OperatorAct.ACCEPT, result, 0, 0))
 
 
@@ -335,26 +342,17 @@ async def test_each_subject_is_a_reading_and_the_answers_come_back_in_their_orde
         OperatorRequest(1.7e9, OperatorAct.MUTE, 3, 90.0, 0, 0),
         OperatorRequest(1.7e9, OperatorAct.MUTE, 1, 90.0, 0, 0),
     ]
-    desk.operator.hear(CommandAck(OperatorAct.MUTE, 4, 255, 190))  # a ground station's answer
-    desk.answer(0, 2)
-    assert await doing == Answer(False, ("thruster 3: muted for 2 min", "thruster 1: refused (MAV_RESULT 2)"))
-
-
-@pytest.mark.parametrize(
-    ("ask_for", "words"),
-    [("accept", "accepted as it is"), ("acknowledge", "acknowledged"), ("mute", "muted for 10 min")],
-)
-async def test_what_was_done_is_said(ask_for, words):
-    desk = Desk()
-    doing = asyncio.create_task(desk.operator.do(Request(ask_for, ("all",))))
-    await asyncio.sleep(0)
+    # a ground station's
+    desk.operator.note(Finding(1.7e9, "operator", "all", Level.NORMAL, nan, "All muted (255/190)", Severity.INFO))
+    desk.operator.hear(CommandAck(OperatorAct.MUTE, 4, 255, 190))
     desk.answer(0)
-    assert await doing == Answer(True, (f"all: {words}",))
+    desk.answer(2, done="T1 is not watched here")
+    assert await doing == Answer(False, ("T3 muted for 90 s", "T1 is not watched here"))
 
 
 async def test_a_gateway_that_takes_nothing_more_in_says_so():
     answer = await Desk(takes=False).operator.do(Request("accept", ("all",)))
-    assert answer == Answer(False, ("all: no answer, the gateway is too busy or stops",))
+    assert answer == Answer(False, ("no answer: the gateway is too busy, or stops",))
 
 
 async def test_a_late_answer_is_not_taken_for_the_next_one(monkeypatch):
@@ -364,7 +362,7 @@ async def test_a_late_answer_is_not_taken_for_the_next_one(monkeypatch):
     doing = asyncio.create_task(desk.operator.do(Request("accept", ("T3",))))
     await asyncio.sleep(0)
     desk.answer(0, 2)  # the first one's, which nobody waits for any more, and this one's
-    assert await doing == Answer(False, ("thruster 3: refused (MAV_RESULT 2)",))
+    assert await doing == Answer(False, ("T3 is not watched here",))
 
 
 async def test_a_subject_that_is_not_watched_never_reaches_the_pipeline():

@@ -7,6 +7,7 @@ import pytest
 from detectors.verdict import Level
 from drivers.mavlink.messages import CommandAck, StatusText
 from drivers.readings import AutopilotHeartbeat, OperatorAct, OperatorRequest
+from gateway.findings import Finding
 from gateway.observation import Observation
 from gateway.operator import ALL, CODES, MUTE_MAX_S, MUTE_S, OperatorDesk, code_of, subject_of
 from gateway.severity import Severity
@@ -21,6 +22,7 @@ from gateway.supervisor import Supervisor
 AT_ONCE = DebounceTimes(0.0, 0.0, 0.0)
 ACCEPTED, DENIED = 0, 2
 SENDER = (255, 190)
+NAMES = {4: "T4", 101: "Speed", 106: "Navigation", 200: "Subject 200"}
 
 
 def test_every_number_and_its_subject_belong_together():
@@ -79,6 +81,11 @@ class Desk:
         *others, answer = self.desk.take(OperatorRequest(2.0, act, code, duration_s, *sender))
         return [one.text for one in others if isinstance(one, StatusText)], answer
 
+    def recorded(self, act: OperatorAct, code: int, sender: tuple[int, int] = SENDER) -> list[str]:
+        """What stands in the findings."""
+        outcomes = self.desk.take(OperatorRequest(2.0, act, code, 0.0, *sender))
+        return [one.text for one in outcomes if isinstance(one, Finding) and one.detector == "operator"]
+
     def texts(self, time_s: float) -> list[str]:
         return [one.text for one in self.supervisor.advance(time_s) if isinstance(one, StatusText)]
 
@@ -93,7 +100,7 @@ def desk() -> Desk:
 def test_what_is_not_watched_is_denied_and_said(desk, act, code):
     texts, answer = desk.take(act, code)
     assert answer == CommandAck(act, DENIED, *SENDER)
-    assert texts == [f"{(subject_of(code) or 'subject 200').capitalize()} is not watched here"]
+    assert texts == [f"{NAMES[code]} is not watched here"]
 
 
 def test_acknowledged_it_is_not_repeated_and_nothing_is_asked(desk):
@@ -101,7 +108,7 @@ def test_acknowledged_it_is_not_repeated_and_nothing_is_asked(desk):
     assert desk.supervisor.intervention is State.COUNTDOWN
     texts, answer = desk.take(OperatorAct.ACKNOWLEDGE, 3)
     assert answer == CommandAck(OperatorAct.ACKNOWLEDGE, ACCEPTED, *SENDER)
-    assert texts == ["Hold for thruster 3 cancelled: no need", "Thruster 3 acknowledged"]
+    assert texts == ["Hold for thruster 3 cancelled: no need", "T3 acknowledged"]
     assert desk.supervisor.levels()["thruster 3"] is Level.FAULT
     assert desk.texts(100.0) == []
 
@@ -126,7 +133,7 @@ def test_accepted_it_is_the_new_normal_of_its_detector(desk):
     texts, answer = desk.take(OperatorAct.ACCEPT, 3)
     assert answer.result == ACCEPTED
     assert "thruster 3 fault cleared: operator accepted" in texts
-    assert texts[-1] == "Thruster 3 accepted as it is"
+    assert texts[-1] == "T3 accepted as it is"
     assert [channel.accepted for channel in desk.channels.values()] == [0, 1, 0]
     assert desk.supervisor.levels()["thruster 3"] is Level.UNKNOWN
 
@@ -153,9 +160,7 @@ def test_muted_there_are_no_texts_for_so_long_and_findings_and_actions_go_on(des
     desk.see("dvl", Level.FAULT)
     texts, answer = desk.take(OperatorAct.MUTE, 102, duration_s)
     assert answer.result == ACCEPTED
-    assert texts == [f"Dvl muted for {lasts_s / 60.0:.0f} min"] or texts == [
-        f"DVL muted for {lasts_s / 60.0:.0f} min"
-    ]
+    assert texts == [f"DVL muted for {lasts_s / 60.0:.0f} min"]
     assert desk.texts(2.0 + lasts_s - 0.1) == []
     assert desk.supervisor.levels()["dvl"] is Level.FAULT
     assert desk.texts(2.0 + lasts_s + 30.0) == ["dvl bad"]
@@ -173,3 +178,22 @@ def test_a_muted_thruster_still_gets_its_action(desk):
 def test_the_answer_names_whoever_asked(desk):
     _, answer = desk.take(OperatorAct.ACKNOWLEDGE, 3, sender=(0, 0))
     assert (answer.target_system, answer.target_component) == (0, 0)
+
+
+@pytest.mark.parametrize(("sender", "speaker"), [(SENDER, "255/190"), ((0, 0), "gateway tell")])
+def test_who_said_what_is_recorded(desk, sender, speaker):
+    desk.see("thruster 3", Level.FAULT)
+    assert desk.recorded(OperatorAct.ACKNOWLEDGE, 3, sender) == [f"T3 acknowledged ({speaker})"]
+    assert desk.recorded(OperatorAct.MUTE, 200, sender) == [f"Subject 200 is not watched here ({speaker})"]
+
+
+def test_where_nothing_nags_there_is_nothing_to_acknowledge_or_to_mute(desk):
+    desk.see("thruster 3", Level.NORMAL)
+    assert desk.take(OperatorAct.ACKNOWLEDGE, 3)[0] == ["T3: nothing to acknowledge"]
+    assert desk.take(OperatorAct.MUTE, 0)[0] == ["All: nothing to mute"]
+    assert [one for one in desk.see("thruster 3", Level.FAULT, 3.0) if isinstance(one, StatusText)]
+
+
+def test_short_mutes_are_told_in_seconds(desk):
+    desk.see("dvl", Level.FAULT)
+    assert desk.take(OperatorAct.MUTE, 102, 12.0)[0] == ["DVL muted for 12 s"]

@@ -72,10 +72,10 @@ async def test_status_and_all_three_acts(written, caplog):
         faulty = await asked(control, "status")
         assert faulty.levels["thruster 2"] == "FAULT"
         assert faulty.texts[-1].text.startswith("T2 entangled?") and faulty.texts[-1].age_s < 5.0
-        assert await asked(control, "acknowledge", ("T2",)) == Answer(True, ("thruster 2: acknowledged",))
-        assert await asked(control, "mute", ("all",), 120.0) == Answer(True, ("all: muted for 2 min",))
+        assert await asked(control, "acknowledge", ("T2",)) == Answer(True, ("T2 acknowledged",))
+        assert await asked(control, "mute", ("all",), 120.0) == Answer(True, ("All muted for 2 min",))
         assert await asked(control, "accept", ("T2", "T1")) == Answer(
-            True, ("thruster 2: accepted as it is", "thruster 1: accepted as it is")
+            True, ("T2 accepted as it is", "T1 accepted as it is")
         )
         assert (await asked(control, "status")).levels["thruster 2"] != "FAULT"
         assert not (await asked(control, "accept", ("dvl",))).ok
@@ -90,7 +90,7 @@ async def test_the_command_prints_what_is_answered(written):
         assert code == 0 and re.search("^thruster 1 +NORMAL$", text, re.MULTILINE) and "INFO: Watching " in text
         assert await asyncio.to_thread(told, written, "mute", "thruster", "1", "--minutes", "5") == (
             0,
-            "thruster 1: muted for 5 min\n",
+            "T1 muted for 5 min\n",
         )
         with pytest.raises(SocketTakenError, match="another gateway runs with this configuration"):
             await run(load(written), factories=STAND_INS)
@@ -104,7 +104,7 @@ async def test_the_command_prints_what_is_answered(written):
         (("accept",), "accept what? Want T1, T2, or all"),
         (("accept", "T7"), "subject 't7': want T1, T2, or all"),
         (("accept", "dvl"), "subject 'dvl': want T1, T2, or all"),
-        (("status", "T1"), "want none with status"),
+        (("status", "T1"), "status goes without a subject"),
         (("accept", "T1", "--minutes", "3"), "--minutes goes with mute, not with accept"),
     ],
 )

@@ -403,6 +403,17 @@ def test_a_mode_that_was_asked_before_and_comes_late_is_no_override():
     assert scene.modes_asked == [2.0, 19.0]
 
 
+def test_a_pilots_mode_that_happened_to_be_good_is_his_and_so_is_the_next():
+    scene = Scene()
+    scene.beat(mode=ALT_HOLD)
+    scene.want(Action.HOLD, Action.MANUAL)
+    assert scene.state is State.STANDING
+    scene.want(Action.MANUAL)
+    scene.wait(1.0)
+    scene.beat(mode=POSHOLD)
+    assert scene.state is State.YIELDED
+
+
 # What stands ----------------------------------------------------------------------------------------
 
 
@@ -547,6 +558,17 @@ def test_what_is_harsher_than_announced_gets_its_own_delay():
     assert [command.command for command in scene.commands] == [176]
     scene.wait(1.0)
     assert [command.command for command in scene.commands] == [176, 400]
+
+
+def test_a_hold_that_comes_late_is_not_taken_for_the_end_of_a_surfacing_that_was_not_asked():
+    scene = Scene(Action.HOLD, Action.SURFACE)
+    scene.wait(DELAY_S)
+    scene.answer(ACCEPTED)
+    scene.wait(CONFIRM_S)
+    assert scene.said == "Hold not shown, surface in 5 s for T3"
+    scene.wait(1.0)
+    scene.beat(mode=ALT_HOLD)
+    assert scene.state is State.COUNTDOWN
 
 
 def test_pilot_prevents_what_is_harsher():
