@@ -11,6 +11,7 @@ from hil_tests.bench.navigation_timing import navigation_watch
 from hil_tests.bench.predictor_timing import has_onnx, predictor_step
 from hil_tests.bench.processes import processes, results
 from hil_tests.bench.speed_timing import speed_watch
+from hil_tests.bench.supervisor_timing import supervision
 from hil_tests.bench.tables import timing_table
 from hil_tests.bench.thruster_timing import refit, whole_run
 from hil_tests.bench.timing import Timing, measure
@@ -20,6 +21,7 @@ WORKS = {
     "whole run": whole_run,
     "speed watch": speed_watch,
     "navigation watch": navigation_watch,
+    "supervision": supervision,
     "esc.Status": esc_status,
     "esc.RawCommand": raw_command,
     "DBC": dbc_status,
