@@ -361,7 +361,8 @@ async def test_a_late_answer_is_not_taken_for_the_next_one(monkeypatch):
     assert not (await desk.operator.do(Request("accept", ("T1",)))).ok
     doing = asyncio.create_task(desk.operator.do(Request("accept", ("T3",))))
     await asyncio.sleep(0)
-    desk.answer(0, 2)  # the first one's, which nobody waits for any more, and this one's
+    desk.answer(0)  # the first one's, which nobody waits for any more
+    desk.answer(2, done="T3 is not watched here")
     assert await doing == Answer(False, ("T3 is not watched here",))
 
 
