@@ -162,6 +162,26 @@ class Supervision(RuleBasedStateMachine):
         for subject in bad:
             self.verdict(subject, Level.FAULT, 4.0)
 
+    @rule(bad=st.sampled_from(TROUBLES), seconds=st.integers(1, 9))
+    def flap(self, bad, seconds):
+        """It comes, goes, the pilot takes the vehicle back, and it comes again."""
+        self.armed, self.status = True, 4
+        for level in (Level.FAULT, Level.NORMAL, Level.FAULT):
+            for subject in bad:
+                self.verdict(subject, level, 4.0 if level is Level.NORMAL else 1.0)
+                self._beat()
+            self.fly(seconds)
+            if level is Level.NORMAL:
+                self.mode = AUTOPILOTS[self.kind][2][0]
+                self.fly(2)
+
+    @rule(rounds=st.integers(2, 6))
+    def flood(self, rounds):
+        """All of them change their minds, at once."""
+        for turn in range(rounds):
+            for subject in SUBJECTS:
+                self.verdict(subject, Level.SUSPECT if turn % 2 else Level.NORMAL, 0.0)
+
     @rule(seconds=st.sampled_from([0.1, 0.9, 1.0, 2.5, 6.0, 40.0]))
     def silence(self, seconds):
         self._wait(seconds)
