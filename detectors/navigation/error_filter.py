@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from filterpy.kalman import KalmanFilter
 from numpy.typing import NDArray
 
 from detectors.navigation.error_model import error_dynamics, transition
@@ -32,6 +31,9 @@ class ErrorFilter:
 
     def __init__(self, covariance: FloatArray, density: FloatArray) -> None:
         self._states = len(covariance)
+        # here, for it brings all of scipy.stats, for which no command that only asks or checks should wait a second
+        from filterpy.kalman import KalmanFilter
+
         self._filter = KalmanFilter(dim_x=self._states, dim_z=3)
         self._filter.P = covariance
         self._density = density

@@ -5,7 +5,6 @@ from __future__ import annotations
 from math import isfinite
 
 import numpy as np
-from filterpy.kalman import KalmanFilter
 from numpy.typing import NDArray
 
 from detectors.speed.estimate import Estimate, Step
@@ -53,6 +52,9 @@ class KalmanEstimator:
         self._wander_rates = (wanders * speed_scale_mps) ** 2  # variance per second of speed and flow
         self._known_noise_m = position_noise_m
         self._noise_m = UNKNOWN_NOISE_S * speed_scale_mps if position_noise_m is None else position_noise_m
+        # here, for it brings all of scipy.stats, for which no command that only asks or checks should wait a second
+        from filterpy.kalman import KalmanFilter
+
         self._filter = KalmanFilter(dim_x=2 * dimensions + 1, dim_z=dimensions)
         self._filter.x[dimensions, 0] = speed_mps
         self._filter.P = np.eye(2 * dimensions + 1) * speed_scale_mps**2

@@ -8,7 +8,7 @@ from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 FloatArray = NDArray[np.float64]
 
@@ -39,7 +39,7 @@ class PositionNoise:
     def __init__(self, known_m: float | None, speed_scale_mps: float, dimensions: int) -> None:
         self._known_m = known_m
         self.least_m = FLOOR_S * speed_scale_mps
-        self._median = 6.0 * float(chi2.median(dimensions))
+        self._median = 6.0 * float(chdtri(dimensions, 0.5))  # median of chi-square
         self._squares: deque[float] = deque()
         self._sorted: list[float] = []
         self._before: FloatArray | None = None

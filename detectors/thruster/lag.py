@@ -6,7 +6,6 @@ from math import exp
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 FloatArray = NDArray[np.float64]
 
@@ -24,6 +23,8 @@ def lagged(columns: FloatArray, lag: float) -> FloatArray:
     gain = follow_gain(lag)
     if gain == 1.0:
         return columns
+    from scipy.signal import lfilter  # here: all of it takes a second to load, and only a detector at work needs it
+
     start = (1.0 - gain) * columns[:, :1]
     return np.asarray(lfilter([gain], [1.0, gain - 1.0], columns, axis=1, zi=start)[0])
 

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
 
 from detectors.thruster.lag import lag_grid, lagged
 from detectors.thruster.window import RUN_IN, Prepared
@@ -104,6 +103,8 @@ class TimingSearch:
     def _refined(self, delay: int) -> tuple[float, int, float]:
         """Misfit, delay and lag with the lag between the points of the grid."""
         lags, shifted = self._grid.lags, self._shifted[delay : delay + 1]
+        from scipy.optimize import minimize_scalar  # here: it takes half a second to load
+
         result = minimize_scalar(
             lambda lag: float(self._grid.misfit(float(lag), shifted, self._noise)[0]),
             bounds=(
