@@ -15,7 +15,7 @@ from hil_tests.rig.router import Endpoint, UdpRouter
 from hil_tests.tests.live_rig import HOST, free_port, live
 from hil_tests.tests.scene import configuration, key_file
 
-HOLD = 'thruster_fault = ["hold"]\ndelay_s = 1.0\n'
+HOLD = 'thruster_fault = ["hold"]\ndelay_s = 0.5\n'
 GATEWAY = 192
 PASSPHRASE = "submarine"  # noqa: S105  of this test only
 ACKNOWLEDGE, ACCEPT, MUTE = 31010, 31011, 31012
