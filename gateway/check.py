@@ -18,7 +18,9 @@ from gateway.can_source import rates_of
 from gateway.check_result import CheckResult
 from gateway.config import Config
 from gateway.config_sections import CanBus, Speed, Thruster
+from gateway.control import is_running
 from gateway.current_forecast import coverage, why_unknown
+from gateway.failsafe_settings import in_words
 from gateway.mavlink_check import check_mavlink
 from gateway.navigation_check import possible, sources
 from gateway.wiring import can_decoder
@@ -36,10 +38,12 @@ POSITIONS: Mapping[str, str] = {
 
 def checks(config: Config) -> Iterator[CheckResult]:
     """Looks at every link and file of a configuration. Nothing is sent, nothing is changed."""
-    for bus in config.can:
-        yield _check_bus(bus, config)
-    if config.mavlink is not None:
-        yield from check_mavlink(config.mavlink, config.files.state)
+    if is_running(config.files.control):
+        remedy = "stop it to have its links checked; gateway tell CONFIG status asks how it is"
+        yield CheckResult("gateway", False, "one runs with this configuration, and holds its links", remedy)
+    else:
+        yield from _check_links(config)
+    yield CheckResult("failsafe", True, in_words(config.failsafe))
     if config.speed is None or config.detector.speed is None:
         yield CheckResult("speed", True, "not watched (no table [speed])")
     else:
@@ -55,6 +59,13 @@ def checks(config: Config) -> Iterator[CheckResult]:
     yield _check_folder("state", config.files.state)
     yield _check_folder("control", config.files.control)
     yield _check_state(config.files.state)
+
+
+def _check_links(config: Config) -> Iterator[CheckResult]:
+    for bus in config.can:
+        yield _check_bus(bus, config)
+    if config.mavlink is not None:
+        yield from check_mavlink(config.mavlink, config.files.state)
 
 
 def _check_bus(bus: CanBus, config: Config) -> CheckResult:

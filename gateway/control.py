@@ -152,17 +152,28 @@ def _remove_stale(path: Path, address: str) -> None:
         return
     if not stat.S_ISSOCK(mode):
         raise SocketTakenError(f"{path} is no socket: name another place as files.control")
+    if _listened_at(address):
+        raise SocketTakenError(f"another gateway runs with this configuration, and listens at {path}: stop it first")
+    path.unlink()
+
+
+def _listened_at(address: str) -> bool:
+    """Whether a living process is on the other end of a socket that is there."""
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as probe:
         probe.settimeout(PROBE_S)
         try:
             probe.connect(address)
         except ConnectionRefusedError:
-            path.unlink()
-        except TimeoutError as error:
-            raise _taken(path) from error
-        else:
-            raise _taken(path)
+            return False
+        except TimeoutError:
+            return True
+        return True
 
 
-def _taken(path: Path) -> SocketTakenError:
-    return SocketTakenError(f"another gateway runs with this configuration, and listens at {path}: stop it first")
+def is_running(path: Path) -> bool:
+    """Whether a gateway listens at a control socket; False, too, where this user may not ask."""
+    try:
+        with unix_address(path) as address:
+            return stat.S_ISSOCK(path.lstat().st_mode) and _listened_at(address)
+    except OSError:
+        return False

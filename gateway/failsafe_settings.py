@@ -16,6 +16,12 @@ KEYS: Mapping[str, str] = {
     "speed_fault": "speed",
     "navigation_fault": "navigation",
 }
+_IN_WORDS: Mapping[str, str] = {
+    "thruster_fault": "at a fault of a thruster",
+    "thrusters_fault": "at a fault of two or more",
+    "speed_fault": "at a fault of the speed",
+    "navigation_fault": "at a fault of a navigation sensor",
+}
 # tables that switch a watch on
 WATCHES = frozenset({"speed", "navigation"})
 NO_SECOND_EVIDENCE = f'has no second kind of evidence, without which nothing above "{Action.HOLD}" is asked'
@@ -51,3 +57,16 @@ def _wanted(action: Action, detector: str, thrusters: Sequence[Thruster], tables
 def _may_be_vertical(thrusters: Sequence[Thruster]) -> bool:
     """Whether none is known to be vertical, and of some it is not known which way they drive."""
     return not any(one.down for one in thrusters) and any(not (one.ahead or one.right) for one in thrusters)
+
+
+def in_words(failsafe: Failsafe) -> str:
+    """What is asked of the autopilot and when, e.g. `...: surface, else hold at a fault of a thruster`."""
+    ladders = {words: getattr(failsafe, key) or () for key, words in _IN_WORDS.items()}
+    asked = [
+        f"{', else '.join(map(str, filter(sends, ladder)))} {words}"
+        for words, ladder in ladders.items()
+        if any(map(sends, ladder))
+    ]
+    if not asked:
+        return "advice only: nothing is asked of the autopilot"
+    return f"asked of the autopilot, announced {failsafe.delay_s:g} s before: {'; '.join(asked)}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from gateway.config_sections import Failsafe, Thruster
-from gateway.failsafe_settings import KEYS, contradictions
+from gateway.failsafe_settings import KEYS, contradictions, in_words
 from gateway.supervision.actions import Action, sends
 
 TABLES = {"mavlink": {}, "speed": {}, "navigation": {}}
@@ -64,3 +64,14 @@ def test_what_needs_vertical_thrust_needs_to_know_which_thrusters_are_vertical(a
 def test_each_action_of_a_ladder_is_looked_at():
     problems = told("navigation_fault", "disarm", "surface", "hold", "warn")
     assert len(problems) == 2
+
+
+def test_what_is_asked_is_told_in_words():
+    assert in_words(Failsafe()) == "advice only: nothing is asked of the autopilot"
+    failsafe = Failsafe(
+        thruster_fault=("surface", "hold"), speed_fault="warn", navigation_fault="manual", delay_s=3.0
+    )
+    assert in_words(failsafe) == (
+        "asked of the autopilot, announced 3 s before: surface, else hold at a fault of a thruster; "
+        "manual at a fault of a navigation sensor"
+    )

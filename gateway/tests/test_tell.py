@@ -119,3 +119,11 @@ def test_what_cannot_be_is_said_in_one_line(written, arguments, said):
 def test_what_is_no_command_is_said_with_those_that_are(written, arguments):
     code, text = told(written, *arguments)
     assert code == 2 and "Error: Invalid value" in text
+
+
+async def test_check_knows_of_a_gateway_that_runs(written):
+    async with watched(written):
+        result = await asyncio.to_thread(CliRunner().invoke, main, ["check", str(written)])
+        assert result.exit_code == 1
+        assert "problem  gateway: one runs with this configuration, and holds its links; stop it" in result.output
+        assert "does not open" not in result.output
