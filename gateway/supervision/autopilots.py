@@ -70,6 +70,14 @@ class Request:
     as_good: frozenset[int] = frozenset()
     statuses: frozenset[int] = frozenset()
 
+    def good(self, position_trusted: bool) -> frozenset[int]:
+        """Modes that do it, where a position can be held or not."""
+        return self.modes | self.as_good if position_trusted else self.modes
+
+    def ended(self, heard: AutopilotHeartbeat) -> bool:
+        """Whether HEARTBEAT shows what no mode shows."""
+        return not heard.armed or heard.system_status in self.statuses
+
     def message(self, autopilot: AutopilotHeartbeat) -> CommandLong:
         """The command, as it is sent first."""
         first, second, third = (*self.parameters, 0.0, 0.0, 0.0)[:3]

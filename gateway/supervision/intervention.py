@@ -19,11 +19,10 @@ from gateway.supervision import intervention_words as words
 from gateway.supervision.actions import RANK, Action, Plan
 from gateway.supervision.autopilots import OWN_FAILSAFE, REQUESTS, AutopilotWatch, Request, kind_of
 from gateway.supervision.intervention_table import TABLE, Effect, Happening, State
+from gateway.supervision.modes import Modes
 
 # HEARTBEAT comes once a second, and may be late or lost
 CONFIRM_S = 5.0
-# one HEARTBEAT that was under way for long may still show the mode before
-FOREIGN_HEARTBEATS = 2
 # a step may lead to another at once; more of them would be a circle
 STEPS_MAX = 8
 
@@ -64,10 +63,7 @@ class Intervention:
         self._due_s = math.inf
         self._exchange: CommandExchange | None = None
         self._accepted_s = math.inf
-        self._mode_before: frozenset[int] = frozenset()
-        self._our_modes: set[int] = set()
-        self._acted = False  # something that was asked may stand, or still come about
-        self._foreign = 0
+        self._modes = Modes()
 
     def update(self, time_s: float, plan: Plan | None, all_well: bool) -> list[Outcome]:
         """Takes what should be done now, and goes on.
@@ -87,8 +83,8 @@ class Intervention:
         return outcomes
 
     def heartbeat(self, reading: AutopilotHeartbeat) -> None:
-        """Takes a HEARTBEAT, after the watch had it: how often in a row its mode was not one of ours."""
-        self._foreign = 0 if reading.custom_mode in self._our_modes else self._foreign + 1
+        """Takes a HEARTBEAT, after the watch had it."""
+        self._modes.heartbeat(reading.custom_mode)
 
     def acknowledge(self, reading: CommandAcknowledgement) -> None:
         """Takes a COMMAND_ACK."""
@@ -99,11 +95,11 @@ class Intervention:
         """After a restart of the program: what had been asked is not asked again, what had only been announced is."""
         self._asked_s = old._asked_s
         under_way = old.state in (State.REFRAINED, State.COUNTDOWN, State.ASKED, State.CONFIRMING)
-        if under_way and not old._acted:
+        if under_way and not old._modes.acted:
             return
         self.state = State.SPENT if under_way else old.state
         self._action, self._rank, self._label, self._tried = old._action, old._rank, old._label, old._tried
-        self._our_modes, self._mode_before, self._acted = old._our_modes, old._mode_before, old._acted
+        self._modes = old._modes
 
     def _step(self, time_s: float, all_well: bool) -> list[Outcome]:
         """Makes the steps of the table that are due."""
@@ -127,7 +123,7 @@ class Intervention:
         holds = {
             Happening.SHOWN: heard is not None and self._shown(heard),
             Happening.DISARMED: self._autopilot.armed is False,
-            Happening.TAKEN_OVER: heard is not None and self._taken_over(heard),
+            Happening.TAKEN_OVER: heard is not None and self._modes.overridden(heard.custom_mode, self._stands),
             Happening.ALL_WELL: all_well,
             Happening.UNWANTED: self._plan is None,
             Happening.ALREADY: heard is not None and obstacle in ("", words.JUST_NOW) and self._already(first, heard),
@@ -171,8 +167,8 @@ class Intervention:
         if heard is None or self._plan is None or first is Action.NONE:
             return False
         request = self._request(heard)
-        holds_position = request is not None and heard.custom_mode in request.as_good - self._as_good(request)
-        return self._action not in self._plan.actions or (self.state is State.STANDING and holds_position)
+        mistrusted = request is not None and not self._position_trusted and heard.custom_mode in request.as_good
+        return self._action not in self._plan.actions or (self._stands and mistrusted)
 
     def _asked_just_now(self, action: Action, time_s: float) -> bool:
         return time_s - self._asked_s.get(action, -math.inf) < self._interval_s
@@ -185,28 +181,22 @@ class Intervention:
         if request is None:
             return False
         if not request.modes:
-            return self.state is not State.COUNTDOWN and self._ended(request, heard)
+            return self.state is not State.COUNTDOWN and request.ended(heard)
         gone_on = heard.custom_mode in request.after and heard.time_s > self._accepted_s
-        return gone_on or heard.custom_mode in request.modes | self._as_good(request)
+        return gone_on or heard.custom_mode in request.good(self._position_trusted)
 
     def _already(self, action: Action, heard: AutopilotHeartbeat) -> bool:
         """Whether there is nothing to ask for: the autopilot is in a mode that does it."""
         request = REQUESTS.get((kind_of(heard), action))
-        return request is not None and heard.custom_mode in request.modes | self._as_good(request)
+        return request is not None and heard.custom_mode in request.good(self._position_trusted)
 
-    def _ended(self, request: Request, heard: AutopilotHeartbeat) -> bool:
-        return not heard.armed or heard.system_status in request.statuses
+    @property
+    def _stands(self) -> bool:
+        return self.state is State.STANDING
 
-    def _as_good(self, request: Request) -> frozenset[int]:
-        trusted = self._plan is None or self._plan.position_trusted
-        return request.as_good if trusted else frozenset()
-
-    def _taken_over(self, heard: AutopilotHeartbeat) -> bool:
-        """The mode is neither the one before nor one of ours; once it was ours, it has to last."""
-        if self.state is State.STANDING:
-            return self._foreign >= FOREIGN_HEARTBEATS and bool(self._our_modes)
-        known = self._our_modes | self._mode_before
-        return bool(known) and heard.custom_mode not in known
+    @property
+    def _position_trusted(self) -> bool:
+        return self._plan is None or self._plan.position_trusted
 
     def _failed(self, time_s: float) -> bool:
         if self.state is State.CONFIRMING:
@@ -226,7 +216,7 @@ class Intervention:
     def _do(self, effect: Effect, happening: Happening, time_s: float) -> Iterator[Outcome]:
         heard = self._autopilot.present(time_s)
         match effect:
-            case Effect.ANNOUNCE | Effect.CHANGE:
+            case Effect.ANNOUNCE | Effect.CHANGE if heard is not None:
                 yield from self._announce(time_s, heard, restart=effect is Effect.ANNOUNCE)
             case Effect.REFRAIN:
                 yield from self._refrain(time_s, heard)
@@ -263,32 +253,23 @@ class Intervention:
             case Effect.END:
                 self._reset()
 
-    def _announce(self, time_s: float, heard: AutopilotHeartbeat | None, restart: bool) -> Iterator[Outcome]:
+    def _announce(self, time_s: float, heard: AutopilotHeartbeat, restart: bool) -> Iterator[Outcome]:
         action, _ = self._first(time_s, heard)
         due_s = self._due_s
         if restart:  # what counts is a HEARTBEAT from after the delay: the pilot's mode change shows in the next one
             due_s = time_s + self._delay_s if self._delay_s > 0.0 else -math.inf
-        modes, acted = self._nobodys(heard), self._acted
+        modes = self._modes
+        modes.announced(heard.custom_mode, self._request(heard) if self._stands else None)
         self._reset()
-        self._acted = acted
+        self._modes = modes
         self._action, self._rank, self._due_s = action, RANK[action], due_s
         self._label = "" if self._plan is None else self._plan.label
-        self._mode_before = modes
         if due_s > -math.inf:
             yield from words.announced(time_s, action, max(0.0, due_s - time_s), self._label)
 
-    def _nobodys(self, heard: AutopilotHeartbeat | None) -> frozenset[int]:
-        """Modes that are no override now: the present one, and what was asked before and may still come about."""
-        present = frozenset() if heard is None else frozenset({heard.custom_mode})
-        if self.state is not State.STANDING:
-            return frozenset(self._our_modes | self._mode_before) or present
-        request = None if heard is None else self._request(heard)
-        after = frozenset() if request is None else request.after
-        return (present & self._our_modes) | after or frozenset(self._our_modes) or present
-
     def _refrain(self, time_s: float, heard: AutopilotHeartbeat | None) -> Iterator[Outcome]:
         action, obstacle = self._first(time_s, heard)
-        if not self._acted:
+        if not self._modes.acted:
             self._reset()
         self._exchange, self._due_s = None, math.inf  # modes stay: what was asked may come about, or be overridden
         yield from words.refrained(time_s, action, obstacle)
@@ -303,19 +284,15 @@ class Intervention:
         self._exchange = CommandExchange(command, time_s)
         self._accepted_s = self._due_s = math.inf
         self._tried.add(self._action)
-        self._acted = True
-        self._our_modes |= request.modes | request.after | request.as_good
+        self._modes.asked(request)
         self._asked_s[self._action] = time_s
         yield words.asked(time_s, self._action, self._label)
         yield command
 
     def _done(self, time_s: float, heard: AutopilotHeartbeat) -> Iterator[Outcome]:
         already = self._action not in self._tried
-        request = self._request(heard)
-        if request is not None:
-            self._our_modes = set(request.modes | request.after | self._as_good(request))
-        self._exchange, self._due_s, self._foreign = None, math.inf, 0
-        self._mode_before = frozenset()
+        self._modes.came_about(self._request(heard), self._position_trusted)
+        self._exchange, self._due_s = None, math.inf
         yield from words.done(time_s, self._action, self._label, already)
 
     def _word(self) -> str:
