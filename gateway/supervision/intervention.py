@@ -62,7 +62,7 @@ class Intervention:
         self._tried: set[Action] = set()
         self._due_s = math.inf
         self._exchange: CommandExchange | None = None
-        self._accepted_s = math.inf
+        self._sent_s = self._accepted_s = math.inf
         self._modes = Modes()
 
     def update(self, time_s: float, plan: Plan | None, all_well: bool) -> list[Outcome]:
@@ -79,6 +79,7 @@ class Intervention:
         outcomes = self._step(time_s, all_well)
         if self.state is State.ASKED and self._exchange is not None:  # still so, after all that is known by now
             again = self._exchange.advance(time_s)
+            self._sent_s = self._sent_s if again is None else time_s
             outcomes += [again] if again is not None else self._step(time_s, all_well)
         return outcomes
 
@@ -119,7 +120,7 @@ class Intervention:
         """The weightiest of what has happened that the present state knows."""
         heard = self._autopilot.present(time_s)
         first, obstacle = self._first(time_s, heard)
-        failed = self._failed(time_s)
+        failed = self._failed(heard)
         holds = {
             Happening.SHOWN: heard is not None and self._shown(heard),
             Happening.DISARMED: self._autopilot.armed is False,
@@ -158,7 +159,9 @@ class Intervention:
         return first, obstacle
 
     def _blocks(self, obstacle: str) -> bool:
-        """Of what is asked, that it was asked just now is no obstacle."""
+        """Of what is asked, that it was asked just now is no obstacle; of what was accepted, only silence is one."""
+        if self.state is State.CONFIRMING:
+            return obstacle == words.NOT_HEARD
         wanted = self._plan is not None and self._action in self._plan.actions
         return bool(obstacle) and not (self.state is State.ASKED and wanted and obstacle == words.JUST_NOW)
 
@@ -198,10 +201,14 @@ class Intervention:
     def _position_trusted(self) -> bool:
         return self._plan is None or self._plan.position_trusted
 
-    def _failed(self, time_s: float) -> bool:
+    def _failed(self, heard: AutopilotHeartbeat | None) -> bool:
+        """Refused; or when its time is over, a HEARTBEAT shows that it did not come about. Silence shows nothing."""
+        ended = None if self._exchange is None else self._exchange.ended
+        if ended is Ended.REFUSED or heard is None:
+            return ended is Ended.REFUSED
         if self.state is State.CONFIRMING:
-            return time_s >= self._due_s
-        return self._exchange is not None and self._exchange.ended in (Ended.REFUSED, Ended.UNANSWERED)
+            return heard.time_s >= self._due_s
+        return ended is Ended.UNANSWERED and heard.time_s > self._sent_s
 
     def _next(self, time_s: float, heard: AutopilotHeartbeat | None) -> Action:
         """The next action of the plan that was not tried; NONE = there is none, or nobody to ask."""
@@ -282,7 +289,7 @@ class Intervention:
         request = REQUESTS[kind_of(heard), self._action]
         command = request.message(heard)
         self._exchange = CommandExchange(command, time_s)
-        self._accepted_s = self._due_s = math.inf
+        self._sent_s, self._accepted_s, self._due_s = time_s, math.inf, math.inf
         self._tried.add(self._action)
         self._modes.asked(request)
         self._asked_s[self._action] = time_s

@@ -115,6 +115,7 @@ TABLE: Mapping[tuple[State, Happening], Step] = {
     (State.CONFIRMING, Happening.SHOWN): Step(State.STANDING, Effect.DONE),
     (State.CONFIRMING, Happening.DISARMED): Step(State.IDLE, Effect.END),
     (State.CONFIRMING, Happening.TAKEN_OVER): Step(State.YIELDED, Effect.YIELD),
+    (State.CONFIRMING, Happening.BLOCKED): Step(State.REFRAINED, Effect.REFRAIN),
     (State.CONFIRMING, Happening.EXHAUSTED): Step(State.SPENT, Effect.GIVE_UP),
     (State.CONFIRMING, Happening.HARSHER): Step(State.COUNTDOWN, Effect.POSTPONE),
     (State.CONFIRMING, Happening.FAILED): Step(State.ASKED, Effect.FALL_BACK),

@@ -55,6 +55,8 @@ def bring_about(happening: Happening, scene: Scene) -> None:
             scene.status = OWN_FAILSAFE
             scene.beat()
             scene.want(Action.HOLD)
+        case Happening.BLOCKED if scene.state is State.CONFIRMING:
+            scene.silence(6.0)
         case Happening.BLOCKED:
             scene.beat(status=OWN_FAILSAFE)
         case Happening.WORSE:
@@ -149,7 +151,9 @@ def test_each_cell(state, happening):
     assert len(scene.commands) == (effect in (Effect.ASK, Effect.FALL_BACK)) + (
         state is State.ASKED and happening is Happening.DUE  # a second without an answer
     )
-    if effect in TEXT_OF:
+    if (state, happening) == (State.CONFIRMING, Happening.BLOCKED):
+        assert scene.texts == []  # who could read it?
+    elif effect in TEXT_OF:
         assert re.fullmatch(TEXT_OF[effect], scene.said)
     else:
         assert scene.texts == []
@@ -168,6 +172,45 @@ def test_disarming_ends_each_state(state):
     assert scene.state is State.IDLE
     scene.wait(INTERVAL_S)
     assert scene.commands == []
+
+
+AFTER_A_CUT = {
+    State.COUNTDOWN: State.COUNTDOWN,  # announced anew
+    State.ASKED: State.REFRAINED,  # asked just now
+    State.CONFIRMING: State.REFRAINED,
+}
+
+
+@pytest.mark.parametrize("state", State)
+def test_a_link_that_is_cut_in_each_state(state):
+    scene = Scene().reach(state)
+    for _ in range(20):
+        scene.silence(1.0)
+    scene.beat(status=ACTIVE)
+    assert scene.state is AFTER_A_CUT.get(state, state)
+    assert scene.modes_asked == ([2.0, 2.0] if state is State.ASKED else [])  # again, and nothing else into the dark
+    assert (scene.said == "Hold in 5 s for T3, change mode to stop") == (state is State.COUNTDOWN)
+
+
+@pytest.mark.parametrize("state", State)
+def test_an_autopilot_that_restarts_in_each_state(state):
+    scene = Scene().reach(state)
+    scene.silence(8.0)
+    scene.beat(mode=MANUAL, armed=False, status=3)
+    assert scene.state is State.IDLE
+    scene.want_nothing(all_well=True)  # disarming has cleared or settled the faults
+    scene.beat(mode=MANUAL, armed=True, status=ACTIVE)
+    assert (scene.state, scene.commands) == (State.IDLE, [])
+
+
+@pytest.mark.parametrize("state", State)
+def test_two_autopilots_in_each_state(state):
+    scene = Scene().reach(state)
+    scene.watch.forget()
+    for _ in range(10):
+        scene.silence(1.0)
+    assert scene.commands == []
+    assert scene.state not in (State.COUNTDOWN, State.ASKED, State.CONFIRMING)
 
 
 @pytest.mark.parametrize("state", State)
@@ -382,6 +425,26 @@ def test_a_link_that_was_cut_while_asking_does_not_hide_what_came_of_it():
     scene.wait(10 * INTERVAL_S)
     assert scene.state is State.YIELDED
     assert scene.modes_asked == [2.0]
+
+
+def test_silence_is_no_sign_that_it_did_not_come_about():
+    """Its answer and HEARTBEAT may be lost while the autopilot does as it was asked: the next must not undo that."""
+    scene = Scene(Action.HOLD, Action.MANUAL, delay_s=0.0)
+    for _ in range(4):
+        scene.silence(1.0)
+    assert scene.modes_asked == [2.0, 2.0, 2.0]
+    scene.beat(mode=ALT_HOLD)
+    assert scene.said == "Hold done for T3"
+
+
+def test_silence_after_the_answer_is_no_sign_either():
+    scene = Scene(Action.HOLD, Action.MANUAL, delay_s=0.0)
+    scene.answer(ACCEPTED)
+    for _ in range(20):
+        scene.silence(1.0)
+    scene.beat(mode=ALT_HOLD)
+    assert scene.modes_asked == [2.0]
+    assert scene.said == "Hold done for T3"
 
 
 def test_a_link_that_was_cut_while_asking_does_not_hide_the_pilots_override():
