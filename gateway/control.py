@@ -72,9 +72,12 @@ class ControlSocket:
             def talk(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
                 talks.create_task(self._talk(reader, writer), name="control talk")
 
-            self._server = await asyncio.start_unix_server(talk, sock=self._socket, limit=LINE_MAX)
+            # known before it serves: from its first moment on, `close` may come at any time
+            self._server = await asyncio.start_unix_server(
+                talk, sock=self._socket, limit=LINE_MAX, start_serving=False
+            )
             try:
-                await asyncio.Event().wait()
+                await self._server.serve_forever()
             finally:
                 self._server.close()
 

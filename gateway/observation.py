@@ -24,6 +24,7 @@ class Observation:
         details: evidence in pieces that can be left out from the end.
         colon: the trouble is none of what the label says, and is set off from it.
         over: in words, how it ended, where that is not by being ok again.
+        confirms: it bears out what another kind of evidence says: a vehicle that is slow, not one that is too fast.
         relies_on: subjects whose FAULT makes this one UNKNOWN, whatever its detector says.
     """
 
@@ -37,6 +38,7 @@ class Observation:
     details: tuple[str, ...] = ()
     colon: bool = False
     over: str = ""
+    confirms: bool = True
     relies_on: tuple[str, ...] = ()
 
     def text(self) -> str:

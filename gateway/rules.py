@@ -8,6 +8,7 @@ from functools import partial
 from math import hypot
 from typing import assert_never
 
+from detectors.speed import SpeedVerdict
 from detectors.verdict import Level
 from gateway import texts
 from gateway.channel import Judgement, NavigationJudgement, SpeedJudgement, ThrusterJudgement
@@ -77,8 +78,15 @@ def _speed_observation(judgement: SpeedJudgement) -> Observation:
         score=verdict.score,
         trouble=texts.speed_trouble(verdict),
         details=texts.speed_details(verdict),
+        confirms=_slow(verdict),
         relies_on=judgement.relies_on,
     )
+
+
+def _slow(verdict: SpeedVerdict) -> bool:
+    """Less way through the water than normal, ahead or astern; what is not known is not."""
+    least_mps = min(abs(verdict.speed_min_mps), abs(verdict.speed_max_mps))
+    return abs(verdict.speed_mps) < least_mps  # False for NaN
 
 
 def supervisor(config: Config) -> Supervisor:

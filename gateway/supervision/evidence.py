@@ -82,9 +82,13 @@ def _known(ladder: Sequence[Action], kind: AutopilotKind | None) -> Sequence[Act
 
 def _confirmed(faulty: Iterable[Subject], geometry: Geometry) -> list[Subject]:
     """The faults of which there is a second kind of evidence: a slow vehicle, and thrusters that make it slow."""
-    related = [one for one in faulty if one.seen.detector != "thruster" or geometry.drives(one.seen.subject)]
+    related = [one for one in faulty if one.seen.confirms and _drives(one, geometry)]
     detectors = {one.seen.detector for one in related}
     return [one for one in related if CONFIRMED_BY.get(one.seen.detector) in detectors]
+
+
+def _drives(subject: Subject, geometry: Geometry) -> bool:
+    return subject.seen.detector != "thruster" or geometry.drives(subject.seen.subject)
 
 
 def _missing(faulty: Iterable[Subject], geometry: Geometry) -> Iterator[Need]:

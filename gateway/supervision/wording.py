@@ -24,8 +24,8 @@ class Wording:
     """
 
     def __init__(self, subject: Subject, subjects: Collection[Subject], geometry: Geometry, time_s: float) -> None:
-        causes = explaining(subjects, geometry)
-        speeds = [one for one in subjects if one.seen.detector == "speed"]
+        speeds = [one for one in subjects if one.seen.detector == "speed" and one.seen.confirms]
+        causes = explaining(subjects, geometry) if speeds else []
         self._speed, self._level = subject.seen.detector == "speed", subject.level
         self._causes = causes if self._speed else [one for one in causes if one is subject]
         self._told = [one for one in self._causes if not one.silenced(time_s)]

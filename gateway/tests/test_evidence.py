@@ -1,11 +1,16 @@
 """What faults mean for each other: which explains and confirms which, and what can no longer be done."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
+from detectors.speed import PoseSample
+from detectors.speed.sample import SpeedVerdict
 from detectors.verdict import Level
+from gateway.channel import SpeedJudgement
 from gateway.observation import Observation
+from gateway.rules import observations
 from gateway.supervision.actions import Action, Plan
 from gateway.supervision.debounce import Debounce, DebounceTimes
 from gateway.supervision.evidence import Geometry, explaining, one_cause, plan, together
@@ -141,3 +146,29 @@ def test_many_labels_are_counted():
     assert together(["T1"]) == "T1"
     assert together(["T1", "T2", "T3"]) == "T1+T2+T3"
     assert together(["T1", "T2", "T3", "T4"]) == "4 faults"
+
+
+def test_a_vehicle_that_is_too_fast_confirms_no_thruster():
+    thruster, fast = subject("thruster 1", Action.TERMINATE), subject("vehicle", Action.TERMINATE)
+    assert planned(thruster, fast).actions == (Action.TERMINATE,)
+    fast.seen = replace(fast.seen, confirms=False)
+    assert planned(thruster, fast).actions == ()
+
+
+@pytest.mark.parametrize(
+    ("speed_mps", "low_mps", "high_mps", "slow"),
+    [
+        (0.5, 0.8, 1.2, True),
+        (4.0, 0.8, 1.2, False),
+        (-0.5, -1.2, -0.8, True),
+        (-2.0, -1.2, -0.8, False),
+        (math.nan, 0.8, 1.2, False),
+        (0.5, math.nan, math.nan, False),
+    ],
+)
+def test_what_is_slow(speed_mps, low_mps, high_mps, slow):
+    verdict = SpeedVerdict(
+        1.0, Level.FAULT, 1.2, speed_mps, (0.0, 0.0), speed_min_mps=low_mps, speed_max_mps=high_mps
+    )
+    (observed,) = observations(SpeedJudgement(PoseSample(1.0, 0.0, 0.0, 0.0), verdict))
+    assert observed.confirms is slow
