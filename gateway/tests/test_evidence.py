@@ -168,7 +168,14 @@ def test_a_vehicle_that_is_too_fast_confirms_no_thruster():
 )
 def test_what_is_slow(speed_mps, low_mps, high_mps, slow):
     verdict = SpeedVerdict(
-        1.0, Level.FAULT, 1.2, speed_mps, (0.0, 0.0), speed_min_mps=low_mps, speed_max_mps=high_mps
+        time_s=1.0,
+        level=Level.FAULT,
+        score=1.2,
+        speed_mps=speed_mps,
+        flow_mps=(0.0, 0.0),
+        flag=1,
+        speed_min_mps=low_mps,
+        speed_max_mps=high_mps,
     )
     (observed,) = observations(SpeedJudgement(PoseSample(1.0, 0.0, 0.0, 0.0), verdict))
     assert observed.confirms is slow
