@@ -12,11 +12,11 @@ import click
 
 from drivers.readings import OperatorAct
 from gateway.config import Config, load
-from gateway.control_protocol import ACTS, STATUS, Request
+from gateway.control.protocol import ACTS, STATUS, Request
+from gateway.control.subject_words import subjects_named, wanted, watched_subjects
 from gateway.logs import start_logging
 from gateway.operator import MUTE_MAX_S
 from gateway.problems import ConfigError
-from gateway.subject_words import subjects_named, wanted, watched_subjects
 from gateway.training.command import train
 
 DISTRIBUTION = "thruster-gateway"
@@ -140,7 +140,7 @@ def tell(config: Path, what: str, subject: tuple[str, ...], minutes: float | Non
 
     Exit code 0: done; 1: not.
     """
-    from gateway.tell import NoAnswerError, ask, lines
+    from gateway.control.tell import NoAnswerError, ask, lines
 
     settings = loaded(config)
     try:
@@ -181,7 +181,7 @@ def check(config: Path) -> None:
 
 
 def _all_ok(settings: Config) -> bool:
-    from gateway.check import checks
+    from gateway.checking.machine import checks
 
     logging.disable(logging.CRITICAL)  # what libraries log while they fail is in the results
     try:

@@ -24,7 +24,7 @@ from drivers.readings import (
 from gateway.computer_status import ComputerWatch
 from gateway.config import Config
 from gateway.config_sections import MAVLINK
-from gateway.link_signing import link_signing
+from gateway.signing.link import link_signing
 from gateway.streams import streams
 from gateway.supervision.autopilots import kind_of
 from gateway.wiring import mavlink_decoder

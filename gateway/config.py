@@ -34,7 +34,7 @@ from gateway.consistency import inconsistencies
 from gateway.detector_settings import DetectorSettings
 from gateway.navigation_settings import navigation_settings
 from gateway.problems import ConfigError, Problem, from_validation, unknown_key
-from gateway.signing_settings import contradictions
+from gateway.signing.settings import contradictions
 from gateway.speed_settings import speed_settings
 
 SectionT = TypeVar("SectionT", bound=Section)

@@ -20,16 +20,16 @@ from gateway.can_source import CanSource
 from gateway.companion import Companion
 from gateway.config import Config
 from gateway.config_sections import MAVLINK
-from gateway.control import ControlSocket
-from gateway.control_protocol import STATUS, Answer, Request, Said
+from gateway.control.local_operator import LocalOperator
+from gateway.control.protocol import STATUS, Answer, Request, Said
+from gateway.control.server import ControlSocket
+from gateway.control.subject_words import watched_subjects
 from gateway.findings import Finding, FindingsFile
 from gateway.judging import Judging
-from gateway.local_operator import LocalOperator
 from gateway.memory import Memory
 from gateway.operator import ALL, code_of
 from gateway.outlet import Observer, Outlet
 from gateway.pipeline import Arrival, Factories, Outcome, Pipeline
-from gateway.subject_words import watched_subjects
 from gateway.summary import Summary, worst_first
 from gateway.systemd import Service
 

@@ -28,7 +28,7 @@ def called(*arguments: str) -> tuple[int, str]:
 @pytest.fixture(autouse=True)
 def _listen_briefly(monkeypatch):
     """`gateway check` listens for seconds: here nobody speaks."""
-    monkeypatch.setattr("gateway.mavlink_check.LISTEN_S", 0.05)
+    monkeypatch.setattr("gateway.checking.mavlink.LISTEN_S", 0.05)
 
 
 @pytest.fixture

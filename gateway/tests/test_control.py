@@ -17,13 +17,14 @@ from hypothesis import strategies as st
 from detectors.verdict import Level
 from drivers.mavlink.messages import CommandAck
 from drivers.readings import OperatorAct, OperatorRequest
-from gateway import control, local_operator
-from gateway.control import ControlSocket, SocketTakenError
-from gateway.control_protocol import ACTS, STATUS, Answer, Request, Said
+from gateway.control import local_operator
+from gateway.control import server as control
+from gateway.control.local_operator import LocalOperator
+from gateway.control.protocol import ACTS, STATUS, Answer, Request, Said
+from gateway.control.server import ControlSocket, SocketTakenError
+from gateway.control.tell import NoAnswerError, ask, lines
 from gateway.findings import Finding
-from gateway.local_operator import LocalOperator
 from gateway.severity import Severity
-from gateway.tell import NoAnswerError, ask, lines
 
 # The protocol
 
@@ -256,7 +257,7 @@ def test_another_version_is_told_as_such(path):
 
 
 def test_a_gateway_that_hangs_is_told_as_such(path, monkeypatch):
-    monkeypatch.setattr("gateway.tell.PATIENCE_S", 0.05)
+    monkeypatch.setattr("gateway.control.tell.PATIENCE_S", 0.05)
     with socket.socket(socket.AF_UNIX) as hanging:
         hanging.bind(str(path))
         hanging.listen()

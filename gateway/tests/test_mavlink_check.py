@@ -9,11 +9,11 @@ import pytest
 
 from drivers.mavlink.signing import FUTURE, TOO_OLD, Signing, SigningKey, stamp_of
 from drivers.mavlink.tests.peer import Peer
-from gateway import mavlink_check
+from gateway.checking import mavlink as mavlink_check
+from gateway.checking.mavlink import check_mavlink, heard
+from gateway.checking.survey import MavlinkSurvey
 from gateway.config_sections import Mavlink
-from gateway.mavlink_check import check_mavlink, heard
-from gateway.mavlink_survey import MavlinkSurvey
-from gateway.signing_settings import accepted
+from gateway.signing.settings import accepted
 
 NOW_S = 1_795_300_000.0
 NOW = stamp_of(NOW_S)

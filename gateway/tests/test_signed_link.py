@@ -16,7 +16,7 @@ from drivers.mavlink.tests.peer import Peer
 from drivers.readings import AutopilotHeartbeat, OperatorRequest
 from gateway.companion import Companion
 from gateway.config import parse
-from gateway.signing_memory import unpack
+from gateway.signing.memory import unpack
 from gateway.tests.conftest import TWO_THRUSTERS
 from gateway.tests.test_cli import called
 

@@ -15,10 +15,10 @@ from drivers.mavlink.signing import STAMP_END, UNSIGNED, SigningHistory, Signing
 from drivers.mavlink.tests.peer import Peer
 from gateway.config import parse
 from gateway.config_sections import Mavlink
-from gateway.link_signing import link_signing
 from gateway.problems import ConfigError
-from gateway.signing_key import SIZE_MAX, KeyFileError, key_in, read_key
-from gateway.signing_memory import KEEP_S, HistoryError, SigningMemory, pack, unpack
+from gateway.signing.key import SIZE_MAX, KeyFileError, key_in, read_key
+from gateway.signing.link import link_signing
+from gateway.signing.memory import KEEP_S, HistoryError, SigningMemory, pack, unpack
 from gateway.tests.conftest import TWO_THRUSTERS
 
 NOW_S = 1_795_300_000.0

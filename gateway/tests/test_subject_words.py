@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gateway.config import parse
+from gateway.control.subject_words import subjects_named, wanted, watched_subjects
 from gateway.operator import code_of
-from gateway.subject_words import subjects_named, wanted, watched_subjects
 from gateway.tests.conftest import NAVIGATION_WATCH, SPEED_WATCH, TWO_THRUSTERS
 
 ALL_WATCHED = (

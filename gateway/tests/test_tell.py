@@ -13,12 +13,12 @@ from click.testing import CliRunner
 from gateway.channel import ThrusterJudgement
 from gateway.cli import main
 from gateway.config import load
-from gateway.control import SocketTakenError
-from gateway.control_protocol import Answer, Request
+from gateway.control.protocol import Answer, Request
+from gateway.control.server import SocketTakenError
+from gateway.control.tell import ask
 from gateway.findings import Finding
 from gateway.pipeline import Factories
 from gateway.run import run
-from gateway.tell import ask
 from gateway.tests.conftest import TWO_THRUSTERS, ThresholdDetector
 from gateway.tests.live_vehicle import Vehicle, free_port, until, vehicle
 

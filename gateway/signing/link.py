@@ -10,8 +10,8 @@ from pathlib import Path
 from drivers.mavlink.signing import FUTURE, TOO_MANY, TOO_OLD, UNSIGNED, WRONG_KEY, Signing, SigningKey
 from gateway.config_sections import MAVLINK, Mavlink
 from gateway.problems import ConfigError, Problem
-from gateway.signing_key import KeyFileError, read_key
-from gateway.signing_memory import KEEP_S, SigningMemory
+from gateway.signing.key import KeyFileError, read_key
+from gateway.signing.memory import KEEP_S, SigningMemory
 
 STAMPS_SUFFIX = ".stamps"  # of the file beside the state
 

@@ -15,8 +15,8 @@ from collections.abc import Awaitable, Callable
 from contextlib import suppress
 from pathlib import Path
 
-from gateway.control_protocol import LINE_MAX, Answer, Request
-from gateway.unix_address import unix_address
+from gateway.control.protocol import LINE_MAX, Answer, Request
+from gateway.control.unix_address import unix_address
 
 log = logging.getLogger("gateway")
 

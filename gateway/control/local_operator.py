@@ -8,12 +8,12 @@ from collections.abc import Callable, Sequence
 
 from drivers.mavlink.messages import CommandAck
 from drivers.readings import OperatorAct, OperatorRequest
-from gateway.control_protocol import ACTS, Answer, Request
+from gateway.control.protocol import ACTS, Answer, Request
+from gateway.control.subject_words import subjects_named
 from gateway.findings import Finding
 from gateway.judging import Work
 from gateway.operator import OWN_OPERATOR, RESULT_ACCEPTED, code_of
 from gateway.pipeline import Arrival
-from gateway.subject_words import subjects_named
 
 # his readings come over no link
 LINK = "operator"

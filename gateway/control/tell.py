@@ -6,9 +6,9 @@ import socket
 from collections.abc import Iterator
 from pathlib import Path
 
-from gateway.control_protocol import Answer, Request, Said
+from gateway.control.protocol import Answer, Request, Said
+from gateway.control.unix_address import unix_address
 from gateway.severity import Severity
-from gateway.unix_address import unix_address
 
 # a gateway that is busy answers within ten seconds
 PATIENCE_S = 15.0

@@ -15,14 +15,14 @@ from drivers.can.port import CanPortError
 from drivers.clock import Clock
 from gateway import state
 from gateway.can_source import rates_of
-from gateway.check_result import CheckResult
+from gateway.checking.mavlink import check_mavlink
+from gateway.checking.navigation import possible, sources
+from gateway.checking.result import CheckResult
 from gateway.config import Config
 from gateway.config_sections import CanBus, Speed, Thruster
-from gateway.control import is_running
+from gateway.control.server import is_running
 from gateway.current_forecast import coverage, why_unknown
 from gateway.failsafe_settings import in_words
-from gateway.mavlink_check import check_mavlink
-from gateway.navigation_check import possible, sources
 from gateway.wiring import can_decoder
 
 INTERFACES = Path("/sys/class/net")

@@ -11,12 +11,12 @@ from drivers.clock import Clock
 from drivers.mavlink.endpoint import SerialPort, TcpClient, UdpClient, UdpServer, parse_endpoint
 from drivers.mavlink.signing import REPLAYED, Signing
 from drivers.mavlink.transports import open_transport
-from gateway.check_result import CheckResult
+from gateway.checking.result import CheckResult
+from gateway.checking.survey import MavlinkSurvey, Sender
 from gateway.config_sections import Mavlink
-from gateway.link_signing import ADVICE, begun
-from gateway.mavlink_survey import MavlinkSurvey, Sender
 from gateway.problems import ConfigError
-from gateway.signing_settings import accepted
+from gateway.signing.link import ADVICE, begun
+from gateway.signing.settings import accepted
 
 OPEN_TIMEOUT_S = 3.0
 # Everything that speaks MAVLink beats once a second; a heartbeat may be lost.

@@ -1,0 +1,1 @@
+"""`gateway check`: whether this machine can do what a configuration asks for."""

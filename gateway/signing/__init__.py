@@ -1,0 +1,1 @@
+"""Keys of MAVLink 2 signing: read from their file, kept monotonic over restarts, and put to use on the link."""
