@@ -22,6 +22,8 @@ from gateway.severity import Severity
 log = logging.getLogger("gateway")
 
 LOG_LEVELS = {Severity.CRITICAL: logging.ERROR, Severity.ERROR: logging.ERROR, Severity.WARNING: logging.WARNING}
+# findings that are no change of a level: what was asked of the autopilot, what an operator has said
+NOTES = frozenset({"failsafe", "operator"})
 # texts that are kept for one who asks how it is
 TEXTS_MAX = 10
 
@@ -69,7 +71,7 @@ class Outlet:
         for outcome in outcomes:
             match outcome:
                 case Finding():
-                    self.counts[outcome.level.name] += 1
+                    self.counts[outcome.level.name] += outcome.detector not in NOTES
                     log.log(LOG_LEVELS.get(outcome.severity, logging.INFO), "%s", _line(outcome))
                 case StatusText():
                     self.texts.append((self._now(), outcome))
@@ -95,4 +97,4 @@ class Outlet:
 
 def _line(finding: Finding) -> str:
     """For the log: a note on what was asked says how it went, and not how well the vehicle is."""
-    return finding.text if finding.detector in ("failsafe", "operator") else f"{finding.level.name}: {finding.text}"
+    return finding.text if finding.detector in NOTES else f"{finding.level.name}: {finding.text}"
