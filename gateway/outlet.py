@@ -71,7 +71,8 @@ class Outlet:
         for outcome in outcomes:
             match outcome:
                 case Finding():
-                    self.counts[outcome.level.name] += outcome.detector not in NOTES
+                    if outcome.detector not in NOTES:
+                        self.counts[outcome.level.name] += 1
                     log.log(LOG_LEVELS.get(outcome.severity, logging.INFO), "%s", _line(outcome))
                 case StatusText():
                     self.texts.append((self._now(), outcome))
