@@ -14,6 +14,10 @@ their own jitter. A detector wants samples that are evenly spaced, so for each t
   later, and the detector sees the jump in time.
 - **Staleness.** No sample where the newest command is older than `stale_s`, nor where commands do not cover the whole
   period: what the motor was told is then not known.
+- **Slow commands.** Where commands are a stream at a rate that others can change (MAVLink's), one that is older than
+  twice their usual interval is stale, too: others who share the link set the rate down (ground stations ask for
+  all their streams at once), and what the motor was told half a second ago does not explain its speed now. Less often
+  than every `RARE_S` they explain nothing at all.
 - **Rate.** As configured, or learnt from the first `RATE_REPORTS` intervals of the reports: the largest of `RATES_HZ`
   that is not above 1.1 times the median rate of the reports, nor of the commands. (A command that is told 20 times a
   second is known to 50 ms, and finer samples would only show that as an error of the thruster's timing. Commands that
@@ -38,6 +42,13 @@ RATES_HZ = (1, 2, 4, 5, 10, 20, 25, 40, 50, 100, 200)
 RATE_REPORTS = 50
 RATE_TOLERANCE = 1.1
 COMMAND_RATE_MIN_HZ = 10.0
+
+# a stream's interval is known after so many; with one in a row lost on the way, the next is still in time
+USUAL_COMMANDS, USUAL_INTERVALS = 20, 2.2
+# a thruster answers within a fraction of a second: what is told more rarely does not say why it turns as it does
+RARE_S = 0.3
+# so many slow ones in a row are no loss on the way
+SLOW_COMMANDS = 3
 
 # ArduPilot's own limit for ESC telemetry other than RPM (AP_ESC_Telem: RPM 1 s, the rest 5 s)
 TELEMETRY_HOLD_S = 5.0
@@ -69,7 +80,7 @@ class HeldCommand:
     """A command that holds until the next one: its mean over an interval, for as far back as is needed."""
 
     def __init__(self, stale_s: float, keep_s: float) -> None:
-        self._stale_s = stale_s
+        self.stale_s = stale_s
         self._keep_s = keep_s
         self._points: deque[_Point] = deque()
 
@@ -78,7 +89,7 @@ class HeldCommand:
         interval_s = time_s - self._points[-1].time_s if self._points else 0.0
         if interval_s < 0.0:
             return None
-        if interval_s > self._stale_s:
+        if interval_s > self.stale_s:
             self._points.clear()  # what was told in between is not known
         self._points.append(_Point(time_s, value))
         self.forget_before(time_s - self._keep_s)
@@ -107,12 +118,36 @@ class HeldCommand:
 
     def _fresh_at(self, time_s: float) -> bool:
         newest = next((p for p in reversed(self._points) if p.time_s <= time_s), None)
-        return newest is not None and time_s - newest.time_s <= self._stale_s
+        return newest is not None and time_s - newest.time_s <= self.stale_s
 
     def forget_before(self, time_s: float) -> None:
         """Drops what no interval that starts at `time_s` or later needs."""
         while len(self._points) > 1 and self._points[1].time_s <= time_s:
             self._points.popleft()
+
+
+class UsualInterval:
+    """The interval of commands that come as a stream: the shortest that was their median for a while."""
+
+    def __init__(self) -> None:
+        self._newest_s: deque[float] = deque(maxlen=USUAL_COMMANDS)
+        self.usual_s = math.inf
+
+    def take(self, interval_s: float) -> None:
+        """Takes the interval between two commands."""
+        self._newest_s.append(interval_s)
+        if len(self._newest_s) == USUAL_COMMANDS:
+            self.usual_s = min(self.usual_s, median(self._newest_s))
+
+    @property
+    def stale_s(self) -> float:
+        """A command that is older than this is no longer known; infinity before the interval is."""
+        return USUAL_INTERVALS * self.usual_s if self.usual_s <= RARE_S or math.isinf(self.usual_s) else 0.0
+
+    @property
+    def slow(self) -> bool:
+        """True while most of them come less often than every other time."""
+        return len(self._newest_s) >= SLOW_COMMANDS and median(list(self._newest_s)[-SLOW_COMMANDS:]) > self.stale_s
 
 
 class RateLearner:
@@ -160,6 +195,7 @@ class ThrusterAligner:
         sample_rate_hz: samples a second; None = learnt from the reports.
         gap_s: reports further apart than this are not joined.
         stale_s: a command holds for this long.
+        streamed: commands come at an even rate, which others may change.
 
     Attributes:
         rate_hz: the sample rate, None while it is learnt.
@@ -169,7 +205,13 @@ class ThrusterAligner:
         ValueError: a rate or time that is not positive and finite.
     """
 
-    def __init__(self, sample_rate_hz: float | None = None, gap_s: float = 0.5, stale_s: float = 0.5) -> None:
+    def __init__(
+        self,
+        sample_rate_hz: float | None = None,
+        gap_s: float = 0.5,
+        stale_s: float = 0.5,
+        streamed: bool = False,
+    ) -> None:
         for name, value in (("sample_rate_hz", sample_rate_hz), ("gap_s", gap_s), ("stale_s", stale_s)):
             if value is not None and not (math.isfinite(value) and value > 0.0):
                 raise ValueError(f"{name} = {value!r}: want a positive, finite number")
@@ -178,11 +220,18 @@ class ThrusterAligner:
         self._gap_s = gap_s
         # the longest look back: from the newest command to the start of the period before the older of two reports
         self._command = HeldCommand(stale_s, keep_s=gap_s + stale_s + 1.0 / (sample_rate_hz or RATES_HZ[0]))
+        self._stale_s = stale_s
+        self._usual = UsualInterval() if streamed else None
         self._learner = RateLearner()
         self._speed: _Point | None = None
         self._voltage = _Held()
         self._current = _Held()
         self._last_index: int | None = None
+
+    @property
+    def slow(self) -> bool:
+        """True while commands come so rarely that they are not known most of the time."""
+        return self._usual is not None and self._usual.slow
 
     def command(self, time_s: float, fraction: float) -> None:
         """Takes a command, -1.0 to 1.0, that holds from `time_s` on."""
@@ -190,8 +239,12 @@ class ThrusterAligner:
             self.drops["command not finite"] += 1
         elif (interval_s := self._command.append(time_s, fraction)) is None:
             self.drops["command time ran backwards"] += 1
-        elif self.rate_hz is None and interval_s > 0.0:
-            self._learner.command(interval_s)
+        elif interval_s > 0.0:
+            if self.rate_hz is None:
+                self._learner.command(interval_s)
+            if self._usual is not None:
+                self._usual.take(interval_s)
+                self._command.stale_s = min(self._stale_s, self._usual.stale_s)
 
     def report(
         self,

@@ -192,7 +192,7 @@ class Companion:
             log.warning("mavlink: a command of system %d was refused: %s", system, advice)
 
     def _ask(self, readings: Sequence[Reading], time_s: float) -> None:
-        for request in self._requests.update(readings, time_s):
+        for request in self._requests.update(readings, time_s, self._decoder.heard):
             self.send(request)
         if self._requests.settled and not self._settled:
             self._tell_streams()

@@ -67,7 +67,7 @@ class Mavlink(Section):
         description='"udpin:HOST:PORT", "udpout:HOST:PORT", "tcp:HOST:PORT" or "serial:DEVICE:BAUD"'
     )
     component_id: int = Field(
-        192, ge=1, le=250, description="our own component; 192 is MAV_COMP_ID_ONBOARD_COMPUTER2"
+        192, ge=2, le=250, description="our own component, 1 is the autopilot; 192 is MAV_COMP_ID_ONBOARD_COMPUTER2"
     )
     # 255 is the ground station's: a companion that uses it silently disables ArduSub's GCS failsafe
     system_id: int | None = Field(
@@ -283,7 +283,10 @@ class Supervisor(Section):
 
 def _listed(value: object) -> object:
     """One action alone is a list of one."""
-    return (value,) if isinstance(value, str) else value
+    listed = (value,) if isinstance(value, str) else value
+    if not (isinstance(listed, list | tuple) and listed and all(isinstance(one, str) for one in listed)):
+        raise ValueError(f"want an action, or a list of actions: {', '.join(Action)}")
+    return listed
 
 
 # one action, or several: the next is asked for where the one before does not come about

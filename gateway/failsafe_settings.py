@@ -8,6 +8,7 @@ from typing import Any
 from gateway.config_sections import MAVLINK, Failsafe, Thruster
 from gateway.problems import Problem
 from gateway.supervision.actions import NEEDS, Action, Need, sends
+from gateway.supervision.autopilots import REQUESTS
 
 # keys of the table, with the detector that each is of
 KEYS: Mapping[str, str] = {
@@ -46,6 +47,8 @@ def _wanted(action: Action, detector: str, thrusters: Sequence[Thruster], tables
         yield f'needs a [mavlink] table to reach the autopilot, else want "{Action.WARN}" or "{Action.NONE}"'
     if detector in WATCHES and detector not in tables:
         yield f"means nothing without a table [{detector}]"
+    if not any(known is action for _, known in REQUESTS):
+        yield f'neither ArduSub nor a PX4 submarine does that: want "{Action.SURFACE}" or "{Action.HOLD}"'
     if Need.EVIDENCE in NEEDS[action] and detector == "navigation":
         yield f'a navigation sensor {NO_SECOND_EVIDENCE}: want "{Action.MANUAL}" or "{Action.HOLD}"'
     if Need.EVIDENCE in NEEDS[action] and detector == "thruster" and "speed" not in tables:

@@ -16,6 +16,8 @@ from gateway.observation import Observation
 
 # what has never been heard gets this long to begin: an autopilot boots for some seconds
 START_S = 5.0
+# what comes once in two seconds is rare, and not silent
+SLOW_S = 3.0
 # subject of the autopilot's HEARTBEAT, which may be lost while others still speak on the link
 AUTOPILOT = "autopilot"
 
@@ -32,6 +34,7 @@ class Watched:
         limit_s: silence that counts.
         armed_only: not missed while the vehicle is disarmed.
         part_of: subject of the signal that this is a part of: while all of that is silent, only that is said.
+        slow: what it is called while it comes, but too rarely to be of use.
     """
 
     detector: str
@@ -41,6 +44,7 @@ class Watched:
     limit_s: float
     armed_only: bool = False
     part_of: str | None = None
+    slow: str | None = None
 
 
 class _Ear:
@@ -51,6 +55,11 @@ class _Ear:
         self._since_s: float | None = None
         self._heard = False
         self._silence_s = 0.0
+        self._slow_s = -math.inf
+
+    def hear_slow(self, time_s: float) -> None:
+        """Something came, and too rarely to be of use."""
+        self._slow_s = time_s
 
     def hear(self, time_s: float) -> None:
         if self._since_s is not None and time_s < self._since_s:
@@ -75,7 +84,8 @@ class _Ear:
     def observation(self, time_s: float, trouble: str = "") -> Observation | None:
         """What to say now; `trouble` that the driver tells counts at once, but not while a link still begins."""
         if self.silent(time_s) or (trouble and self._heard):
-            trouble = trouble or f"silent {self.age_s(time_s):.1f} s"
+            slow = time_s - self._slow_s <= max(self.watched.limit_s, SLOW_S)
+            trouble = trouble or ("too rare to judge by" if slow else f"silent {self.age_s(time_s):.1f} s")
             return self._observation(time_s, Level.SUSPECT, trouble, ())
         details = (f"after {self._silence_s:.1f} s",) if self._silence_s else ()
         return self._observation(time_s, Level.NORMAL, "", details) if self._heard else None
@@ -113,6 +123,9 @@ class SilenceWatch:
         """Something of this signal came in, and so of that which it is a part of."""
         ear = self._signals.get(subject)
         if ear is None:
+            for one in self._signals.values():
+                if one.watched.slow == subject:
+                    one.hear_slow(time_s)
             return
         ear.hear(time_s)
         whole = self._whole(ear)
@@ -135,11 +148,13 @@ class SilenceWatch:
                 ear.start(time_s)
         for link, ear in self._links.items():
             yield from _some(ear.observation(time_s, self._trouble(link)))
-            if self._alive(link, time_s):
+            if self._is_up(link):
                 yield from self._judge_signals(link, time_s, disarmed)
 
     def _judge_signals(self, link: str, time_s: float, disarmed: bool) -> Iterator[Observation]:
         for signal in self._signals_of(link):
+            if not self._alive(link, signal.watched.limit_s, time_s):
+                continue
             whole = self._whole(signal)
             if (disarmed and signal.watched.armed_only) or (whole is not None and whole.silent(time_s)):
                 signal.start(time_s)
@@ -149,10 +164,10 @@ class SilenceWatch:
     def _whole(self, part: _Ear) -> _Ear | None:
         return None if part.watched.part_of is None else self._signals[part.watched.part_of]
 
-    def _alive(self, link: str, time_s: float) -> bool:
+    def _alive(self, link: str, limit_s: float, time_s: float) -> bool:
         # heard of late, so that a silent signal is not just the first to show that the link falls silent
         ear = self._links[link]
-        return self._is_up(link) and ear.age_s(time_s) < ear.watched.limit_s / 2.0
+        return ear.age_s(time_s) < min(ear.watched.limit_s, limit_s) / 2.0
 
     def _is_up(self, link: str) -> bool:
         return link not in self._states or self._states[link].up

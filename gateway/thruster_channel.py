@@ -18,7 +18,7 @@ from drivers.readings import Reading, ThrusterCommand, ThrusterReport
 from gateway.align import ThrusterAligner
 from gateway.channel import Channel, Learnt, Source, ThrusterJudgement
 from gateway.config import Config
-from gateway.config_sections import Thruster
+from gateway.config_sections import MAVLINK, Thruster
 from gateway.silence import Watched
 
 
@@ -62,6 +62,10 @@ class Detector(Protocol):
         ...
 
 
+SIGNALS = ("command", "rpm", "esc")
+# of all thrusters whose commands come over MAVLink; and what they are called while they come too rarely
+COMMANDS, COMMANDS_SLOW = "commands", "commands slow"
+
 ThrusterFactory = Callable[[ThrusterConfig, CommissionedCurve | None], Detector]
 
 
@@ -78,9 +82,10 @@ class ThrusterChannel(Channel[ThrusterSample]):
         align, number = config.align, thruster.number
         super().__init__(f"thruster {number}", _sources(thruster), _signals(thruster, config.supervisor.silent_s))
         self._number = number
-        self._command_signal, self._rpm_signal, *esc = (signal.subject for signal in self.signals)
-        self._esc_signal = esc[0] if esc else None
-        self._aligner = ThrusterAligner(align.sample_rate_hz, align.gap_s, align.stale_s)
+        self._command_signal, self._rpm_signal, esc = (f"thruster {number} {what}" for what in SIGNALS)
+        self._esc_signal = esc if thruster.rpm.rpm_sensor is None else None
+        streamed = thruster.command.link == MAVLINK
+        self._aligner = ThrusterAligner(align.sample_rate_hz, align.gap_s, align.stale_s, streamed)
         # by its own seed each thruster learns at its own time: eight at once would hold up the judging
         settings = replace(config.detector.thruster, seed=config.detector.thruster.seed + number)
         self._detector = make(settings, None)
@@ -115,7 +120,7 @@ class ThrusterChannel(Channel[ThrusterSample]):
         match reading:
             case ThrusterCommand():
                 self._aligner.command(reading.time_s, reading.fraction)
-                return (), self._command_signal
+                return (), COMMANDS_SLOW if self._aligner.slow else self._command_signal
             case ThrusterReport():
                 samples = self._aligner.report(
                     reading.time_s, reading.speed_rpm, reading.voltage_v, reading.current_a
@@ -154,9 +159,20 @@ def _sources(thruster: Thruster) -> tuple[Source, Source]:
 def _signals(thruster: Thruster, silent_s: float) -> Iterator[Watched]:
     """Command and RPM, and the ESC that says the RPM; a sensor of its own has none."""
     number, rpm = thruster.number, thruster.rpm
-    command, speed, esc = (f"thruster {number} {what}" for what in ("command", "rpm", "esc"))
+    command, speed, esc = (f"thruster {number} {what}" for what in SIGNALS)
     whole = esc if rpm.rpm_sensor is None else None
-    yield Watched("signal", command, f"T{number} command", thruster.command.link, silent_s, armed_only=True)
+    streamed = thruster.command.link == MAVLINK
+    if streamed:  # SERVO_OUTPUT_RAW, which has all of them
+        yield Watched("signal", COMMANDS, "Commands", MAVLINK, silent_s, armed_only=True, slow=COMMANDS_SLOW)
+    yield Watched(
+        "signal",
+        command,
+        f"T{number} command",
+        thruster.command.link,
+        silent_s,
+        armed_only=True,
+        part_of=COMMANDS if streamed else None,
+    )
     yield Watched("signal", speed, f"T{number} RPM", rpm.link, silent_s, part_of=whole)
     if whole is not None:
         yield Watched("signal", whole, f"T{number} ESC", rpm.link, silent_s)

@@ -56,6 +56,7 @@ class MavlinkDecoder:
 
     Attributes:
         drops: what was thrown away, counted by cause.
+        heard: messages of our autopilot that were read, by their ids.
         own: what we sent is told to it, to be known again.
         timesync: what we ask of the autopilot's clock.
 
@@ -76,6 +77,7 @@ class MavlinkDecoder:
         for name in ("thruster", "esc_index", "rpm_sensor"):
             _check_unique(name, [getattr(thruster, name) for thruster in thrusters])
         self.drops: Counter[str] = Counter()
+        self.heard: Counter[int] = Counter()
         self._thrusters = tuple(thrusters)
         self._own_component = own_component
         self._navigation = navigation
@@ -157,6 +159,7 @@ class MavlinkDecoder:
         if packet.message_id == formats.COMMAND_ACK.message_id and self._copies.repeats(packet, time_s):
             self.drops["repeated"] += 1  # it would answer the next command of the same kind
             return []
+        self.heard[packet.message_id] += 1
         message, handle = self._handlers[packet.message_id]
         readings = handle(message.unpack(packet.payload), time_s)
         for reading in readings:

@@ -8,6 +8,10 @@ The table (state x what comes in; times are passed in, nothing waits):
 | asking | | noted, next request; -> settled | sent again, at last noted, next | -> asking, first request |
 | settled | | | -> asking, after 30 s, if nothing at all was answered | -> asking, first request |
 
+A stream that came as often as it was asked for, and comes less than half as often now, is asked for again: whoever
+shares the link with us (a ground station that asks for all streams at once) sets it down for all. After 5 s, then ever
+more rarely.
+
 Intervals are forgotten by an autopilot that restarts. That is seen by its time since boot, by a gap in its
 heartbeats, by the link coming up again, or, where none of these shows, by telemetry that stops while heartbeats go
 on.
@@ -16,7 +20,7 @@ on.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from drivers.mavlink import formats
@@ -41,6 +45,10 @@ AUTOPILOT_PX4 = 12  # MAV_AUTOPILOT_PX4
 
 SILENCE_S = 5.0
 ROUND_S = 30.0
+# rates are looked at so often; a stream counts as granted, and as set down, at these shares of what was asked for
+RATE_S = 5.0
+FULL_SHARE, SLOW_SHARE = 0.75, 0.5
+PAUSE_MAX_S = 60.0
 
 _TELEMETRY = (Attitude, GlobalPosition, Inertial, LocalPosition, ThrusterCommand, ThrusterReport)
 
@@ -84,6 +92,37 @@ _ALWAYS_READ = frozenset(
 )
 
 
+class StreamRates:
+    """How often streams come, and which of them are to be asked for again."""
+
+    def __init__(self) -> None:
+        self._since_s: float | None = None
+        self._before: dict[int, int] = {}
+        self._full: set[int] = set()  # those that came as often as they were asked for
+        self._again_s: dict[
+            int, tuple[float, float]
+        ] = {}  # when to ask again at the earliest, and then after how long
+
+    def slow(self, streams: Iterable[Stream], heard: Mapping[int, int], time_s: float) -> list[Stream]:
+        """Streams that came often enough once, and do not now; of each time of `RATE_S` once."""
+        if self._since_s is not None and time_s - self._since_s < RATE_S:
+            return []
+        lasted_s = math.inf if self._since_s is None else time_s - self._since_s
+        rates_hz = {id_: (count - self._before.get(id_, 0)) / lasted_s for id_, count in heard.items()}
+        self._since_s, self._before = time_s, dict(heard)
+        return [one for one in streams if self._is_slow(one, rates_hz.get(one.message_id, 0.0), time_s)]
+
+    def _is_slow(self, stream: Stream, rate_hz: float, time_s: float) -> bool:
+        id_ = stream.message_id
+        if rate_hz >= FULL_SHARE * stream.rate_hz:
+            self._full.add(id_)
+        again_s, pause_s = self._again_s.get(id_, (-math.inf, RATE_S))
+        if id_ not in self._full or rate_hz >= SLOW_SHARE * stream.rate_hz or time_s < again_s:
+            return False
+        self._again_s[id_] = time_s + pause_s, min(2.0 * pause_s, PAUSE_MAX_S)
+        return True
+
+
 class StreamRequests:
     """Asks for one message after the other until each was answered.
 
@@ -101,6 +140,8 @@ class StreamRequests:
         self._streams = streams
         self._autopilot: AutopilotHeartbeat | None = None
         self._waiting: list[Stream] = []
+        self._asked_for: list[Stream] = []
+        self._rates = StreamRates()
         self._exchange: CommandExchange | None = None
         self._round_s = -math.inf
         self._telemetry_s = -math.inf
@@ -113,8 +154,15 @@ class StreamRequests:
         """True when every request of this round was answered, or given up."""
         return self._autopilot is not None and not self._waiting
 
-    def update(self, readings: Iterable[Reading], time_s: float) -> list[CommandLong]:
+    def update(
+        self, readings: Iterable[Reading], time_s: float, heard: Mapping[int, int] | None = None
+    ) -> list[CommandLong]:
         """Take what came in over this link, in order, and the time; call at least once a second.
+
+        Args:
+            readings: what came in.
+            time_s: now.
+            heard: how many messages of each id came from the autopilot so far; None: not counted.
 
         Returns:
             What to send now: nothing, or one request.
@@ -125,6 +173,8 @@ class StreamRequests:
             return []
         if self.settled and self._went_quiet(time_s):
             self._start_round(self._autopilot, time_s)
+        elif self.settled and heard is not None:
+            self._waiting += self._rates.slow(self._asked_for, heard, time_s)
         return self._request(self._autopilot, time_s)
 
     def _take(self, reading: Reading) -> None:
@@ -150,7 +200,9 @@ class StreamRequests:
             self._start_round(reading, reading.time_s)
 
     def _start_round(self, autopilot: AutopilotHeartbeat, time_s: float) -> None:
-        self._waiting = list(self._streams(autopilot.autopilot))
+        self._asked_for = list(self._streams(autopilot.autopilot))
+        self._waiting = list(self._asked_for)
+        self._rates = StreamRates()
         self._exchange, self._round_s = None, time_s
         self.accepted, self.refused, self.unanswered = set(), set(), set()
 

@@ -162,3 +162,43 @@ def test_pickled_and_resumed_goes_on_the_same(events, cut):
     samples = play(first, events[:cut])
     samples += play(pickle.loads(pickle.dumps(first)), events[cut:])  # noqa: S301
     assert repr(samples) == repr(expected)
+
+
+def streamed(interval_s: float, until_s: float, aligner: ThrusterAligner, from_s: float = 0.0) -> list:
+    """RPM 50 times a second, and commands as often as that."""
+    samples, told_s = [], from_s
+    for n in range(round((until_s - from_s) * 50)):
+        time_s = from_s + n / 50
+        if time_s >= told_s - 1e-9:
+            aligner.command(time_s, 0.5)
+            told_s += interval_s
+        samples += aligner.report(time_s + 0.005, 1000.0)
+    return samples
+
+
+@pytest.mark.parametrize("interval_s", [0.2, 0.5, 1.0])
+def test_streamed_commands_that_become_rare_are_not_known(interval_s):
+    aligner = ThrusterAligner(20.0, streamed=True)
+    assert len(streamed(0.05, 5.0, aligner)) > 90 and not aligner.slow
+    rare = streamed(interval_s, 15.0, aligner, from_s=5.0)
+    assert aligner.slow
+    assert all((sample.time_s + 1e-6) % interval_s <= 0.16 for sample in rare)  # just after each, and no longer
+    assert len(streamed(0.05, 20.0, aligner, from_s=15.0)) > 90 and not aligner.slow
+
+
+def test_streamed_commands_that_were_never_frequent_explain_nothing():
+    aligner = ThrusterAligner(20.0, streamed=True)
+    streamed(0.5, 15.0, aligner)
+    assert aligner.slow and streamed(0.5, 20.0, aligner, from_s=15.0) == []
+
+
+def test_commands_on_a_bus_hold_as_long_as_they_are_told_to():
+    aligner = ThrusterAligner(20.0)
+    streamed(0.05, 5.0, aligner)
+    assert len(streamed(0.5, 10.0, aligner, from_s=5.0)) > 90 and not aligner.slow
+
+
+def test_one_streamed_command_that_is_lost_changes_nothing():
+    aligner = ThrusterAligner(20.0, streamed=True)
+    streamed(0.05, 5.0, aligner)
+    assert len(streamed(0.1, 5.3, aligner, from_s=5.05)) >= 4 and not aligner.slow

@@ -223,7 +223,7 @@ def test_silent_rpm_is_found_by_time_alone_and_is_no_fault(config):
         time_s = START_S + 4.0 + n / 5
         outcomes += watched.feed("mavlink", [AutopilotHeartbeat(time_s, 1, 1, 3, 12, True, 19, 4)])
         outcomes += watched.feed("can0", [ThrusterReport(time_s, 1, FULL_RPM * fraction(START_S + 4.0))])
-    assert sorted(texts(outcomes)) == ["T1 command silent 1.5 s", "T2 ESC silent 1.5 s", "T2 command silent 1.5 s"]
+    assert sorted(texts(outcomes)) == ["Commands silent 1.5 s", "T1 command silent 1.5 s", "T2 ESC silent 1.5 s"]
     assert faults(outcomes) == []
     outcomes = []
     for n in range(200):

@@ -200,8 +200,8 @@ def test_heading_and_position_that_fall_silent_are_told(speed_config):
     watched = watching(speed_config)
     play(watched, sail(5.0))
     told = []
-    for n in range(80):
-        time_s = START_S + 5.0 + n / 5
+    for n in range(320):
+        time_s = START_S + 5.0 + n / 20
         beat = AutopilotHeartbeat(time_s, 1, 1, 3, 12, True, 19, 4)
         command = [ThrusterCommand(time_s, 2, 0.5)]
         reports = [ThrusterReport(time_s, number, 0.5 * FULL_RPM) for number in (1, 2)]

@@ -85,7 +85,7 @@ def test_an_autopilot_that_is_lost_while_others_speak_on_its_link(dive):
 
 def test_a_link_that_is_lost_is_said_and_not_that_its_autopilot_is_too(dive):
     dive.go(8.0, beats=False, mavlink=False)
-    assert dive.texts() == ["T2 command silent 1 s", "mavlink silent 5 s"]
+    assert dive.texts() == ["mavlink silent 5 s"]
     assert dive.pipeline.levels()["autopilot"] is Level.NORMAL
 
 

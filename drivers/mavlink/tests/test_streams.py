@@ -1,5 +1,8 @@
 """Asking for streams: an autopilot played by hand, with the time in our hand too."""
 
+import itertools
+from collections import Counter
+
 import pytest
 
 from drivers.mavlink.streams import Stream, StreamRequests
@@ -143,3 +146,38 @@ def test_streams_that_need_not_come_are_not_missed():
 def test_a_rate_must_be_positive():
     with pytest.raises(ValueError, match="rate_hz"):
         Stream(30, 0.0)
+
+
+# What others set down --------------------------------------------------------------------------------
+
+
+def watched(rates_hz, seconds, requests, heard, start_s):
+    """Asked-for ids of each second in which a stream (36) came at the rate of that second, answered at once."""
+    asked = []
+    for n in range(seconds):
+        time_s = start_s + n
+        heard[36] += rates_hz(n)
+        commands = requests.update([heartbeat(time_s), attitude(time_s)], time_s, heard)
+        asked += [(n, *ids(commands))] if commands else []
+        if commands:
+            requests.update([answer(time_s + 0.01)], time_s + 0.01, heard)
+    return asked
+
+
+def test_a_stream_that_somebody_sets_down_is_asked_for_again_and_ever_more_rarely():
+    requests, heard = settled(STREAMS[:1]), Counter()
+    assert watched(lambda _: 20, 20, requests, heard, 1.0) == []
+    asked = watched(lambda _: 2, 120, requests, heard, 21.0)
+    assert all(id_ == 36 for _, id_ in asked)
+    pauses = [later - earlier for (earlier, _), (later, _) in itertools.pairwise(asked)]
+    assert 0 < asked[0][0] <= 10 and pauses == sorted(pauses) and pauses[-1] >= 40 and len(asked) <= 6
+
+
+def test_a_stream_that_never_came_as_often_is_not_asked_for_again_and_again():
+    requests, heard = settled(STREAMS[:1]), Counter()
+    assert watched(lambda _: 4, 100, requests, heard, 1.0) == []
+
+
+def test_a_stream_that_comes_as_asked_for_is_left_alone():
+    requests, heard = settled(STREAMS[:1]), Counter()
+    assert watched(lambda n: 20 if n % 3 else 12, 100, requests, heard, 1.0) == []
