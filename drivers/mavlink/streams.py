@@ -8,9 +8,9 @@ The table (state x what comes in; times are passed in, nothing waits):
 | asking | | noted, next request; -> settled | sent again, at last noted, next | -> asking, first request |
 | settled | | | -> asking, after 30 s, if nothing at all was answered | -> asking, first request |
 
-A stream that came as often as it was asked for, and comes less than half as often now, is asked for again: whoever
-shares the link with us (a ground station that asks for all streams at once) sets it down for all. After 5 s, then ever
-more rarely.
+A stream that came as often as it was asked for, and comes less than half as often now, is asked for again, after 5 s
+and then ever more rarely: whoever shares the link with us (a ground station that asks for all streams at once) sets
+it down for all.
 
 Intervals are forgotten by an autopilot that restarts. That is seen by its time since boot, by a gap in its
 heartbeats, by the link coming up again, or, where none of these shows, by telemetry that stops while heartbeats go
@@ -99,9 +99,8 @@ class StreamRates:
         self._since_s: float | None = None
         self._before: dict[int, int] = {}
         self._full: set[int] = set()  # those that came as often as they were asked for
-        self._again_s: dict[
-            int, tuple[float, float]
-        ] = {}  # when to ask again at the earliest, and then after how long
+        # when to ask again at the earliest, and after how long then
+        self._again_s: dict[int, tuple[float, float]] = {}
 
     def slow(self, streams: Iterable[Stream], heard: Mapping[int, int], time_s: float) -> list[Stream]:
         """Streams that came often enough once, and do not now; of each time of `RATE_S` once."""
