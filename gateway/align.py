@@ -17,7 +17,7 @@ their own jitter. A detector wants samples that are evenly spaced, so for each t
 - **Slow commands.** Where commands are a stream at a rate that others can change (MAVLink's), one that is older than
   twice their usual interval is stale, too: others who share the link set the rate down (ground stations ask for
   all their streams at once), and what the motor was told half a second ago does not explain its speed now. Less often
-  than every `RARE_S` they explain nothing at all.
+  than every `usual_interval.RARE_S` they explain nothing at all.
 - **Rate.** As configured, or learnt from the first `RATE_REPORTS` intervals of the reports: the largest of `RATES_HZ`
   that is not above 1.1 times the median rate of the reports, nor of the commands. (A command that is told 20 times a
   second is known to 50 ms, and finer samples would only show that as an error of the thruster's timing. Commands that
@@ -37,18 +37,12 @@ from itertools import pairwise
 from statistics import median
 
 from detectors.thruster.sample import ThrusterSample
+from gateway.usual_interval import UsualInterval
 
 RATES_HZ = (1, 2, 4, 5, 10, 20, 25, 40, 50, 100, 200)
 RATE_REPORTS = 50
 RATE_TOLERANCE = 1.1
 COMMAND_RATE_MIN_HZ = 10.0
-
-# a stream's interval is known after so many; with one in a row lost on the way, the next is still in time
-USUAL_COMMANDS, USUAL_INTERVALS = 20, 2.2
-# a thruster answers within a fraction of a second: what is told more rarely does not say why it turns as it does
-RARE_S = 0.3
-# so many slow ones in a row are no loss on the way
-SLOW_COMMANDS = 3
 
 # ArduPilot's own limit for ESC telemetry other than RPM (AP_ESC_Telem: RPM 1 s, the rest 5 s)
 TELEMETRY_HOLD_S = 5.0
@@ -124,30 +118,6 @@ class HeldCommand:
         """Drops what no interval that starts at `time_s` or later needs."""
         while len(self._points) > 1 and self._points[1].time_s <= time_s:
             self._points.popleft()
-
-
-class UsualInterval:
-    """The interval of commands that come as a stream: the shortest that was their median for a while."""
-
-    def __init__(self) -> None:
-        self._newest_s: deque[float] = deque(maxlen=USUAL_COMMANDS)
-        self.usual_s = math.inf
-
-    def take(self, interval_s: float) -> None:
-        """Takes the interval between two commands."""
-        self._newest_s.append(interval_s)
-        if len(self._newest_s) == USUAL_COMMANDS:
-            self.usual_s = min(self.usual_s, median(self._newest_s))
-
-    @property
-    def stale_s(self) -> float:
-        """A command that is older than this is no longer known; infinity before the interval is."""
-        return USUAL_INTERVALS * self.usual_s if self.usual_s <= RARE_S or math.isinf(self.usual_s) else 0.0
-
-    @property
-    def slow(self) -> bool:
-        """True while most of them come less often than every other time."""
-        return len(self._newest_s) >= SLOW_COMMANDS and median(list(self._newest_s)[-SLOW_COMMANDS:]) > self.stale_s
 
 
 class RateLearner:

@@ -186,8 +186,9 @@ class Pipeline:
         return self._supervisor.remember()
 
     def resume(self, memory: Memory) -> None:
-        """Takes up what an earlier run remembered a moment ago."""
-        self._supervisor.resume(memory)
+        """Takes up what an earlier run remembered a moment ago, of what is still watched."""
+        watched = {one for channel in self._channels.values() for one in channel.told()}
+        self._supervisor.resume(memory.of(watched | self._silence.subjects))
 
     def snapshot(self) -> bytes:
         """The whole state; `restore` goes on from it bit for bit. To be read only where it was written: a pickle."""

@@ -111,6 +111,11 @@ class SilenceWatch:
         self._states: dict[str, LinkState] = {}
         self._started = False
 
+    @property
+    def subjects(self) -> frozenset[str]:
+        """All that is listened for, as in the findings."""
+        return frozenset(ear.watched.subject for ear in (*self._links.values(), *self._signals.values()))
+
     def hear_link(self, link: str, time_s: float) -> None:
         """A reading came over this link."""
         ear = self._links.get(link)

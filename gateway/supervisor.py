@@ -13,8 +13,8 @@ Each subject (a thruster, the vehicle, a sensor, a link, ...) is in one of four 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, replace
 
 from detectors.verdict import Level
 from drivers.mavlink.messages import CommandLong, CompanionHeartbeat, CompanionState, StatusText
@@ -49,6 +49,10 @@ class Memory:
 
     subjects: Mapping[str, Remembered]
     intervention: Intervention
+
+    def of(self, subjects: Collection[str]) -> Memory:
+        """The same, without those that are no longer among these."""
+        return replace(self, subjects={name: one for name, one in self.subjects.items() if name in subjects})
 
 
 class Supervisor:

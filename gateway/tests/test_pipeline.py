@@ -340,3 +340,12 @@ def test_no_bytes_of_mavlink_whatever_raise(config_once, chunks):
     decoder, watched = mavlink_decoder(config_once.mavlink, config_once.thruster), pipeline(config_once)
     for n, data in enumerate(chunks):
         assert faults(watched.feed("mavlink", decoder.decode(data, START_S + n))) == []
+
+
+def test_what_is_no_longer_watched_is_not_remembered(config):
+    before = pipeline(config)
+    play(before, drive(6.0, fault_s=4.0))
+    assert before.levels()["thruster 2"] is Level.FAULT
+    after = pipeline(replace(config, thruster=config.thruster[:1]))
+    after.resume(before.remember())
+    assert "thruster 2" not in after.levels() and "thruster 1" in after.levels()
