@@ -73,11 +73,11 @@ class AutopilotReboot:
 
 @dataclass(frozen=True, slots=True)
 class AutopilotConflict:
-    """More than one autopilot on one link, and nobody said which is ours: until one is left, none is listened to.
+    """More than one autopilot on one link, and nobody said which is ours; or that there is one again.
 
     Attributes:
-        time_s: reception of the HEARTBEAT that made it ambiguous.
-        system_ids: MAVLink system ids of the autopilots heard, ascending.
+        time_s: reception of the HEARTBEAT that showed it.
+        system_ids: MAVLink system ids of the autopilots heard, ascending; a single one: the conflict is over.
     """
 
     time_s: float

@@ -75,6 +75,7 @@ class Companion:
         self._computer_s = 0.0
         self._settled = self._up = False
         self._refused_systems: set[int] = set()
+        self._ignored = False
         self._encoders: dict[int, MavlinkEncoder] = {}
         self._unsent: Counter[str] = Counter()
         self._autopilot_clock: AutopilotClock | None = None
@@ -165,10 +166,7 @@ class Companion:
             case AutopilotHeartbeat(system_id=system) if system != known:
                 log.info("autopilot %s, system %d", kind_of(reading), system)
             case AutopilotConflict():
-                systems = ", ".join(map(str, reading.system_ids))
-                log.warning(
-                    "several autopilots (systems %s): set mavlink.system_id; until then none is heard", systems
-                )
+                self._note_conflict(reading.system_ids)
             case IdentityConflict():
                 log.warning(
                     "another program sends as system %d, component %d, as we do: set mavlink.component_id",
@@ -177,6 +175,18 @@ class Companion:
                 )
             case AutopilotClock():
                 self._autopilot_clock = reading
+
+    def _note_conflict(self, systems: Sequence[int]) -> None:
+        if len(systems) < 2:
+            log.info("one autopilot again, system %d", systems[0])
+            return
+        ours = self._decoder.autopilot_system
+        staying = "none is listened to" if ours is None else f"nothing is asked of system {ours}, which we know"
+        log.warning(
+            "several autopilots (systems %s): set mavlink.system_id; until then %s",
+            ", ".join(map(str, systems)),
+            staying,
+        )
 
     def _tell_refusal(self, answer: OutgoingMessage) -> None:
         """Who is refused does not learn why over MAVLink: the log says it once."""
@@ -200,7 +210,12 @@ class Companion:
 
     def _tell_streams(self) -> None:
         requests = self._requests
-        if not (requests.accepted or requests.refused):
+        ignored = not (requests.accepted or requests.refused)
+        if ignored != self._ignored:
+            self._ignored = ignored
+            detail = "answers none of our commands" if ignored else ""
+            self._take(MAVLINK, [LinkState(self._clock.now(), MAVLINK, True, detail)])
+        if ignored:
             log.warning(
                 "the autopilot answers no requests for streams; does it take commands from component %d?",
                 self._settings.component_id,

@@ -32,6 +32,11 @@ HalfTurn = Annotated[float, Field(ge=-180, le=180)]
 Angles = Annotated[tuple[HalfTurn, HalfTurn, HalfTurn], Strict(False)]
 
 
+def _several(value: object) -> object:
+    """One number alone is a list of one."""
+    return [value] if isinstance(value, int) else value
+
+
 class Section(BaseModel):
     """A table of the file. A key that is not listed in it is an error."""
 
@@ -73,7 +78,7 @@ class Mavlink(Section):
     system_id: int | None = Field(
         None, ge=1, le=254, description="the vehicle's system; left out: the one autopilot seen"
     )
-    operators: list[Annotated[int, Field(ge=1, le=255)]] = Field(
+    operators: Annotated[list[Annotated[int, Field(ge=1, le=255)]], BeforeValidator(_several)] = Field(
         [255], description="systems whose commands to us are taken; 255 is the ground station's"
     )
     signing_key: PathText | None = Field(

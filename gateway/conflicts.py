@@ -19,21 +19,22 @@ class ConflictWatch:
     """Remembers conflicts until they are over: an autopilot is listened to again, the other program is not heard."""
 
     def __init__(self) -> None:
-        self._autopilots = False
+        self._autopilots: bool | None = None  # whether there are several now; None: there never were
         self._identity_s: float | None = None
 
     def take(self, reading: AutopilotConflict | IdentityConflict) -> Observation:
         """A conflict, in the terms of the supervisor."""
         if isinstance(reading, AutopilotConflict):
-            self._autopilots = True
+            self._autopilots = len(reading.system_ids) > 1
             systems = ", ".join(map(str, reading.system_ids))
-            return _observation(reading.time_s, AUTOPILOTS, f"has several autopilots: {systems}")
+            trouble = f"has several autopilots: {systems}" if self._autopilots else ""
+            return _observation(reading.time_s, AUTOPILOTS, trouble)
         self._identity_s = reading.time_s
         return _observation(reading.time_s, IDENTITY, f"id {reading.system_id}/{reading.component_id} is used twice")
 
     def heartbeat(self, time_s: float) -> Iterator[Observation]:
         """One autopilot is listened to: where there were several, that is over, if it stays so."""
-        if self._autopilots:
+        if self._autopilots is False:
             yield _observation(time_s, AUTOPILOTS, "")
 
     def advance(self, time_s: float) -> Iterator[Observation]:

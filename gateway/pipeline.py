@@ -262,7 +262,7 @@ class Pipeline:
                 yield from self._desk.take(reading)
             case AutopilotConflict() | IdentityConflict():
                 if isinstance(reading, AutopilotConflict):
-                    self._supervisor.conflict()
+                    self._supervisor.conflict(len(reading.system_ids) > 1)
                 yield from self._supervisor.observe(self._conflicts.take(reading))
             case BusLoad():
                 yield from self._supervisor.observe(bus_load_observation(reading, self._load_max[reading.link]))

@@ -118,10 +118,11 @@ class Supervisor:
                 subject.debounce.unmute()
         return outgoing + self._intervene(reading.time_s)
 
-    def conflict(self) -> None:
-        """Several autopilots are heard: none of them is relied on."""
-        self._autopilot.forget()
-        self._kind = None
+    def conflict(self, several: bool = True) -> None:
+        """Several autopilots are heard: none of them is asked for anything; or there is one again."""
+        self._autopilot.ambiguous = several
+        if several:
+            self._kind = None
 
     def command_ack(self, reading: CommandAcknowledgement) -> list[Outgoing]:
         """Takes a COMMAND_ACK."""
@@ -245,6 +246,8 @@ class Supervisor:
 
     def _introduce(self, reading: AutopilotHeartbeat) -> list[Outgoing]:
         """Once for each autopilot: what is watched, and that one that is not known gets advice only."""
+        if self._autopilot.ambiguous:
+            return []
         before, self._kind = self._kind, kind_of(reading)
         if self._kind is before:
             return []

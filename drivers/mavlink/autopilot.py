@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 
 AUTOPILOT_COMPONENT = 1  # MAV_COMP_ID_AUTOPILOT1
 AUTOPILOT_INVALID = 8  # MAV_AUTOPILOT_INVALID: ground stations, cameras, companions
 HEARTBEAT_LOST_S = 5.0  # heartbeats come once a second
+# whoever was alone for so long is the vehicle that we are on
+KNOWN_S = 10.0
 
 
 class AutopilotChoice:
@@ -14,7 +17,8 @@ class AutopilotChoice:
 
     Without a configured system id the first autopilot whose HEARTBEAT is heard is taken, as long as it is the only
     one: while two systems beat, none is listened to, for judging one vehicle by the other's thrusters would be worse
-    than silence. When all but one have been silent for 5 s, that one is taken.
+    than silence. But one that was alone for 10 s is ours: a second one that comes later (a neighbour's vehicle, a
+    forged packet) makes us neither deaf nor dumb. When all but one have been silent for 5 s, that one is taken.
 
     Args:
         configured: MAVLink system id from the configuration; None: find it.
@@ -30,6 +34,7 @@ class AutopilotChoice:
         self._configured = configured
         self._drops = drops
         self._heard_s: dict[int, float] = {}
+        self._alone_s = math.inf  # since when the one that is taken has been the only one
         self.system_id: int | None = configured
 
     @property
@@ -43,9 +48,17 @@ class AutopilotChoice:
             if system_id != self._configured:
                 self._drops["other autopilot"] += 1
             return
+        if not self._heard_s:
+            self._alone_s = time_s
         self._heard_s[system_id] = time_s
         self._heard_s = {system: at_s for system, at_s in self._heard_s.items() if time_s - at_s <= HEARTBEAT_LOST_S}
-        alone = len(self._heard_s) == 1
-        if not alone:
+        if len(self._heard_s) == 1:
+            if system_id != self.system_id:
+                self._alone_s = time_s
+            self.system_id = system_id
+            return
+        known = self.system_id is not None and time_s - self._alone_s >= KNOWN_S
+        if not known:
+            self.system_id, self._alone_s = None, math.inf
+        if system_id != self.system_id:
             self._drops["other autopilot"] += 1
-        self.system_id = system_id if alone else None

@@ -98,7 +98,7 @@ class MavlinkDecoder:
 
     @property
     def autopilot_system(self) -> int | None:
-        """System id of the autopilot that is listened to; None before the first HEARTBEAT and during a conflict."""
+        """System id of the autopilot that is listened to; None before the first, and where it could be another."""
         return self._autopilot.system_id
 
     def decode(self, data: bytes, time_s: float) -> list[Reading]:
@@ -173,11 +173,13 @@ class MavlinkDecoder:
             return []
         rivals_before = self._autopilot.rivals
         self._autopilot.heartbeat(packet.system_id, time_s)
+        rivals = self._autopilot.rivals
+        several = rivals != rivals_before and max(len(rivals), len(rivals_before)) > 1
+        readings: list[Reading] = [AutopilotConflict(time_s, rivals)] if several else []
         if packet.system_id == self._autopilot.system_id:
             self._follow(packet.system_id)
-            return [reading]
-        rivals = self._autopilot.rivals
-        return [AutopilotConflict(time_s, rivals)] if len(rivals) > 1 and rivals != rivals_before else []
+            readings.append(reading)
+        return readings
 
     def _follow(self, system_id: int) -> None:
         if system_id != self._handlers_system:

@@ -142,6 +142,7 @@ class StreamRequests:
         self._asked_for: list[Stream] = []
         self._rates = StreamRates()
         self._exchange: CommandExchange | None = None
+        self._before: CommandExchange | None = None
         self._round_s = -math.inf
         self._telemetry_s = -math.inf
         self.accepted: set[int] = set()
@@ -223,10 +224,10 @@ class StreamRequests:
         if not self._waiting:
             return []
         command = self._waiting[0].request(autopilot)
-        self._exchange = CommandExchange(command, time_s)
+        self._exchange = CommandExchange(command, time_s, self._before)
         return [command]
 
     def _note(self, ended: Ended) -> None:
         noted = {Ended.ACCEPTED: self.accepted, Ended.REFUSED: self.refused, Ended.UNANSWERED: self.unanswered}
         noted[ended].add(self._waiting.pop(0).message_id)
-        self._exchange = None
+        self._before, self._exchange = self._exchange, None

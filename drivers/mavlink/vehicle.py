@@ -33,6 +33,7 @@ RATE_MAX_RADPS = 100.0
 POSITION_MAX_M = 1e7
 VELOCITY_MAX_MPS = 100.0
 LENGTH_TOLERANCE = 0.01  # of a unit quaternion
+STRAIGHT = 1.0 - 2e-7  # sine of the pitch, to 32 bits: roll and yaw are then about one axis
 LATITUDE_MAX_E7 = 900_000_000
 LONGITUDE_MAX_E7 = 1_800_000_000
 # ATTITUDE_QUATERNION says the same again, unless ATTITUDE has not come for this long.
@@ -153,10 +154,15 @@ class VehicleTelemetry:
 
 
 def _euler(w: float, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """Roll, pitch and yaw of a quaternion of about unit length."""
+    """Roll, pitch and yaw of a quaternion of about unit length; straight up or down roll is in the yaw."""
+    length = math.hypot(w, x, y, z)
+    w, x, y, z = w / length, x / length, y / length, z / length
+    up = max(-1.0, min(2.0 * (w * y - z * x), 1.0))
+    if abs(up) > STRAIGHT:
+        return 0.0, math.asin(up), math.copysign(2.0, -up) * math.atan2(x, w)
     return (
         math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
-        math.asin(max(-1.0, min(2.0 * (w * y - z * x), 1.0))),
+        math.asin(up),
         math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
     )
 

@@ -123,9 +123,14 @@ def kind_of(reading: AutopilotHeartbeat) -> AutopilotKind:
 
 
 class AutopilotWatch:
-    """Remembers the newest HEARTBEAT."""
+    """Remembers the newest HEARTBEAT.
+
+    Attributes:
+        ambiguous: True while several autopilots are heard: none is relied on then, nor what was heard before.
+    """
 
     def __init__(self) -> None:
+        self.ambiguous = False
         self._newest: AutopilotHeartbeat | None = None
 
     @property
@@ -142,10 +147,6 @@ class AutopilotWatch:
 
     def present(self, time_s: float) -> AutopilotHeartbeat | None:
         """The newest HEARTBEAT, None where it is too old to rely on."""
-        if self._newest is None or time_s - self._newest.time_s > LOST_AFTER_S:
+        if self._newest is None or self.ambiguous or time_s - self._newest.time_s > LOST_AFTER_S:
             return None
         return self._newest
-
-    def forget(self) -> None:
-        """Several autopilots are heard: none is relied on."""
-        self._newest = None

@@ -288,7 +288,7 @@ class Intervention:
             self._action = following
         request = REQUESTS[kind_of(heard), self._action]
         command = request.message(heard)
-        self._exchange = CommandExchange(command, time_s)
+        self._exchange = CommandExchange(command, time_s, self._exchange)
         self._sent_s, self._accepted_s, self._due_s = time_s, math.inf, math.inf
         self._tried.add(self._action)
         self._modes.asked(request)

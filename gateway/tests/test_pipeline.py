@@ -244,10 +244,12 @@ def test_several_autopilots_are_told_until_one_is_left(config):
     watched = pipeline(config)
     told = texts(watched.feed("mavlink", [AutopilotConflict(START_S, (1, 7))]))
     assert told == ["mavlink has several autopilots: 1, 7"]
+    beat = AutopilotHeartbeat(START_S, 1, 1, 3, 12, True, 19, 4)  # the one that was known before
+    for n in range(6):
+        assert texts(watched.feed("mavlink", [replace(beat, time_s=START_S + n)])) == []
+    watched.feed("mavlink", [AutopilotConflict(START_S + 6.0, (1,))])
     over = [
-        text
-        for n in range(6)
-        for text in texts(watched.feed("mavlink", [AutopilotHeartbeat(START_S + n, 1, 1, 3, 12, True, 19, 4)]))
+        text for n in range(6, 12) for text in texts(watched.feed("mavlink", [replace(beat, time_s=START_S + n)]))
     ]
     assert over == ["mavlink ok again"]
 

@@ -281,7 +281,8 @@ def test_an_autopilot_is_told_once_what_is_watched_and_again_after_two_were_hear
     assert said == ["Watching 8 thrusters"]
     assert watch.supervisor.heartbeat(heartbeat(1.0, True)) == []
     watch.supervisor.conflict()
-    assert watch.supervisor.disarmed() is False
+    assert watch.supervisor.heartbeat(heartbeat(1.5, True)) == []
+    watch.supervisor.conflict(several=False)
     assert len(watch.supervisor.heartbeat(heartbeat(2.0, True))) == 1
 
 

@@ -214,7 +214,9 @@ class Supervision(RuleBasedStateMachine):
                 self.model.heard = None
                 for supervisor in self._both():
                     supervisor.conflict()
-                self._wait(0.5)
+                self._wait(5.5)
+                for supervisor in self._both():
+                    supervisor.conflict(several=False)
             case "restart":
                 self._restart()
             case "snapshot":

@@ -330,7 +330,29 @@ def test_two_autopilots_are_none_until_one_is_left():
     assert decode.decode(ours.heartbeat() + ours.attitude() + other.attitude(), 1.0) == []
     assert decode.drops == {"other autopilot": 2, "not our autopilot": 2}
     readings = decode.decode(ours.heartbeat() + ours.attitude(2000), 5.6)
+    assert readings[0] == AutopilotConflict(5.6, (1,))
+    assert [type(reading) for reading in readings[1:]] == [AutopilotHeartbeat, Attitude]
+
+
+def test_an_autopilot_that_was_alone_for_a_while_stays_ours():
+    decode, ours, other = decoder(system=None), Peer(1), Peer(2)
+    for second in range(12):
+        decode.decode(ours.heartbeat(), float(second))
+    assert decode.decode(other.heartbeat(), 11.5) == [AutopilotConflict(11.5, (1, 2))]
+    assert decode.autopilot_system == 1
+    readings = decode.decode(other.attitude() + ours.heartbeat() + ours.attitude(), 12.0)
     assert [type(reading) for reading in readings] == [AutopilotHeartbeat, Attitude]
+    readings = decode.decode(ours.heartbeat(), 17.0)
+    assert [type(reading) for reading in readings] == [AutopilotConflict, AutopilotHeartbeat]
+    assert readings[0].system_ids == (1,)
+
+
+def test_two_that_were_there_from_the_start_never_become_ours_by_lasting():
+    decode, ours, other = decoder(system=None), Peer(1), Peer(2)
+    for second in range(40):
+        decode.decode(ours.heartbeat(), float(second))
+        decode.decode(other.heartbeat(), second + 0.5)
+    assert decode.autopilot_system is None
 
 
 def test_a_configured_autopilot_has_no_rival():

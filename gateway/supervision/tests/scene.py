@@ -80,6 +80,7 @@ class Scene:
         self.armed = self.armed if armed is None else armed
         self.status = self.status if status is None else status
         reading = heartbeat(self.time_s, self.mode, self.armed, self.status, self.autopilot)
+        self.watch.ambiguous = False
         self.watch.heartbeat(reading)
         self.intervention.heartbeat(reading)
         self.update()
@@ -93,6 +94,10 @@ class Scene:
         """Not heard."""
         self.time_s += seconds
         self.update()
+
+    def two(self) -> None:
+        """A second autopilot is heard."""
+        self.watch.ambiguous = True
 
     def answer(self, result: int, command: int = 176, component_id: int = 1) -> None:
         self.intervention.acknowledge(CommandAcknowledgement(self.time_s, 1, component_id, command, result, 255))

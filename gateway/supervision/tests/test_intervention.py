@@ -206,7 +206,7 @@ def test_an_autopilot_that_restarts_in_each_state(state):
 @pytest.mark.parametrize("state", State)
 def test_two_autopilots_in_each_state(state):
     scene = Scene().reach(state)
-    scene.watch.forget()
+    scene.two()
     for _ in range(10):
         scene.silence(1.0)
     assert scene.commands == []
@@ -322,7 +322,7 @@ def test_a_retry_is_not_sent_when_it_has_come_about():
         lambda scene: scene.beat(status=OWN_FAILSAFE),
         lambda scene: scene.beat(armed=False),
         lambda scene: scene.silence(5.1),
-        lambda scene: (scene.watch.forget(), scene.update()),
+        lambda scene: (scene.two(), scene.update()),
     ],
     ids=["over", "pointless", "other", "own failsafe", "disarmed", "not heard", "two autopilots"],
 )
