@@ -17,6 +17,7 @@ from drivers.readings import (
     AutopilotHeartbeat,
     AutopilotReboot,
     IdentityConflict,
+    LinkState,
     OperatorAct,
     OperatorRequest,
 )
@@ -86,9 +87,10 @@ class Autopilot(End):
     def __init__(self, port):
         super().__init__(port, Peer())
         self.booted_s = time.time() - 500.0
+        self.obeys = True
 
     def react(self, message):
-        if message.get_type() == "COMMAND_LONG":
+        if message.get_type() == "COMMAND_LONG" and self.obeys:
             self.say(self.pack(dialect.MAVLink_command_ack_message(message.command, 0)))
         if message.get_type() == "TIMESYNC" and message.tc1 == 0:
             since_boot_ns = round((time.time() - self.booted_s) * 1e9)
@@ -254,6 +256,18 @@ async def test_streams_are_asked_for_again_after_the_autopilot_restarted(tmp_pat
         net.autopilot.booted_s = time.time()
         await net.until(lambda: net.took(AutopilotReboot))
         await net.until(lambda: net.autopilot.intervals() == [36.0, 2.0, 36.0, 2.0])
+
+
+async def test_an_autopilot_that_takes_no_commands_from_us_is_told_to_the_pilot_until_it_does(tmp_path):
+    net = Network(tmp_path, speed=30.0)
+    net.autopilot.obeys = False
+    async with net:
+        await net.until(lambda: net.took(LinkState))
+        (state,) = net.took(LinkState)
+        assert (state.link, state.up, state.detail) == ("mavlink", True, "answers none of our commands")
+        net.autopilot.obeys = True
+        await net.until(lambda: len(net.took(LinkState)) == 2)
+        assert net.took(LinkState)[1].detail == ""
 
 
 async def test_nothing_is_asked_or_told_before_there_is_an_autopilot(tmp_path):

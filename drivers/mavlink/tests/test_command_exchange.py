@@ -1,5 +1,7 @@
 """The MAVLink command protocol: who answers what, how often it is sent, and when it is over."""
 
+from dataclasses import replace
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -119,3 +121,27 @@ def test_whatever_comes_it_is_sent_three_times_at_most_and_ends(steps):
     assert [one.confirmation for one in sent] == list(range(len(sent)))
     assert len(sent) <= TRIES
     assert exchange.ended is not None
+
+
+# Answers to the exchange before -----------------------------------------------------------------------
+
+
+def test_late_answers_to_the_exchange_before_are_let_pass():
+    before = CommandExchange(HOLD, 0.0)
+    again = before.advance(1.0)
+    before.acknowledge(answer(1.1, DENIED))  # to the first try; the second is still owed
+    assert again is not None and before.ended is Ended.REFUSED and before.owed == 1
+    now = CommandExchange(HOLD, 1.2, before)
+    now.acknowledge(answer(1.3, DENIED))
+    assert now.ended is None
+    now.acknowledge(answer(1.4, ACCEPTED))
+    assert now.ended is Ended.ACCEPTED
+
+
+def test_of_another_command_or_long_ago_nothing_is_owed():
+    before = CommandExchange(HOLD, 0.0)
+    other = CommandExchange(replace(HOLD, command=400), 0.1, before)
+    assert not other.answers(answer(0.2, ACCEPTED))
+    later = CommandExchange(HOLD, 5.0, before)
+    later.acknowledge(answer(6.5, ACCEPTED))
+    assert later.ended is Ended.ACCEPTED
