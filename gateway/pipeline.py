@@ -210,12 +210,21 @@ class Pipeline:
         """Passes an event through timeline and alignment; its steps are for when the detectors have judged."""
         if isinstance(event, Now):
             if self._timeline.admits(event.time_s):
-                yield partial(self._tick, tuple(self._timeline.ticks(event.time_s)))
+                yield from self._time(event.time_s)
             return
         for reading in event.readings:
             if self._timeline.admits(reading.time_s):
-                yield partial(self._tick, tuple(self._timeline.ticks(reading.time_s)))
+                yield from self._time(reading.time_s)
                 yield partial(self._hear, event.link, reading, self._align(event.link, reading))
+
+    def _time(self, time_s: float) -> Iterator[_Step]:
+        if self._timeline.stands_still(time_s):
+            yield partial(self._wake, time_s)
+        yield partial(self._tick, tuple(self._timeline.ticks(time_s)))
+
+    def _wake(self, time_s: float) -> Iterator[Outcome]:
+        self._silence.wake(time_s)
+        yield from ()
 
     def _align(self, link: str, reading: Reading) -> _Taken:
         """Gives a reading to the channels that it is for; a thruster's over another link than its own is counted."""

@@ -32,6 +32,7 @@ from gateway.outlet import Observer, Outlet
 from gateway.pipeline import Arrival, Factories, Outcome, Pipeline
 from gateway.summary import Summary, worst_first
 from gateway.systemd import Service
+from gateway.timeline import STILL_S
 
 log = logging.getLogger("gateway")
 
@@ -161,9 +162,13 @@ class _Session:
             self._companion.on_state(state)
 
     async def _tick(self) -> None:
+        last_s = self._clock.now()
         while True:
             await asyncio.sleep(TICK_S)
             now_s = self._clock.now()
+            if now_s - last_s > STILL_S:
+                log.warning("stood still for %.1f s: the process was stopped, or this machine slept", now_s - last_s)
+            last_s = now_s
             self._judging.advance(now_s)
             if self._companion is not None:
                 self._companion.advance(now_s)

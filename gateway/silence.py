@@ -145,12 +145,16 @@ class SilenceWatch:
             self._give_signals_time(state.link, state.time_s)
         self._states[state.link] = state
 
+    def wake(self, time_s: float) -> None:
+        """Nobody listened until now: silence counts from here."""
+        for ear in (*self._links.values(), *self._signals.values()):
+            ear.start(time_s)
+
     def judge(self, time_s: float, disarmed: bool) -> Iterator[Observation]:
         """What is silent and what is not, at a tick."""
         if not self._started:
             self._started = True
-            for ear in (*self._links.values(), *self._signals.values()):
-                ear.start(time_s)
+            self.wake(time_s)
         for link, ear in self._links.items():
             yield from _some(ear.observation(time_s, self._trouble(link)))
             if self._is_up(link):

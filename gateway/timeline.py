@@ -12,6 +12,8 @@ TICKS_PER_S = 10
 # A time this far from the last one is a corrupt stamp, or a real break in a recording. A corrupt one stands alone.
 JUMP_S = 600.0
 JUMP_CONFIRMATIONS = 5
+# A program that runs is told the time ten times a second: after such a gap it was stopped, or the recording was.
+STILL_S = 3.0
 
 
 class Timeline:
@@ -44,6 +46,10 @@ class Timeline:
             return self._confirms(time_s, self._newest_s)
         self._far_count = 0
         return True
+
+    def stands_still(self, time_s: float) -> bool:
+        """Whether nothing at all has happened before an admitted time for so long that nobody was there to see it."""
+        return self._newest_s is not None and time_s - self._newest_s > STILL_S
 
     def ticks(self, time_s: float) -> Iterator[float]:
         """The ticks up to an admitted time that have not been given out yet, at most 6000."""

@@ -93,7 +93,7 @@ def texts(outcomes: list) -> list[str]:
 
 
 def without_thrusters(outcomes: list) -> list[str]:
-    return [text for text in texts(outcomes) if not re.match(r"T\d|can0", text)]
+    return [text for text in texts(outcomes) if not re.match(r"T\d|can0|Commands", text)]
 
 
 def as_events(arrivals: list) -> list:

@@ -150,3 +150,10 @@ def test_a_gateway_that_is_late_says_so(dive, behind_s, lost, said):
         dive.go(1.0)
     assert dive.texts() == [said, "Gateway ok again"]
     assert dive.pipeline.levels()["gateway"] is Level.NORMAL
+
+
+def test_a_program_that_stood_still_blames_nobody(dive):
+    """Stopped, or on a machine that slept: what came meanwhile is not there, and nobody was silent."""
+    dive.time_s += 8.0
+    dive.go(3.0)
+    assert dive.texts() == []
