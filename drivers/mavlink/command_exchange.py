@@ -31,7 +31,7 @@ RESULT_WORDS: Mapping[int, str] = {
     4: "failed",
     6: "cancelled",
 }
-NO_ANSWER = "no answer"
+NO_ANSWER = "not answered"
 
 
 class Ended(Enum):
@@ -52,7 +52,7 @@ class CommandExchange:
 
     Attributes:
         ended: None while it is under way.
-        word: the newest answer in words, "no answer" before any.
+        word: the newest answer in words, "not answered" before any.
     """
 
     def __init__(self, command: CommandLong, time_s: float, before: CommandExchange | None = None) -> None:

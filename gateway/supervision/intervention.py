@@ -283,9 +283,12 @@ class Intervention:
 
     def _ask(self, effect: Effect, time_s: float, heard: AutopilotHeartbeat) -> Iterator[Outcome]:
         if effect is Effect.FALL_BACK:
-            following = self._next(time_s, heard)
-            yield from words.fell_back(time_s, self._action, self._word(), following, self._label)
-            self._action = following
+            action, self._action = self._action, self._next(time_s, heard)
+            if self._already(self._action, heard):  # nothing to ask: that it is so is seen in the next step
+                yield from words.failed(time_s, action, self._word())
+                self._exchange = None
+                return
+            yield from words.fell_back(time_s, action, self._word(), self._action, self._label)
         request = REQUESTS[kind_of(heard), self._action]
         command = request.message(heard)
         self._exchange = CommandExchange(command, time_s, self._exchange)
@@ -303,4 +306,4 @@ class Intervention:
         yield from words.done(time_s, self._action, self._label, already)
 
     def _word(self) -> str:
-        return "not shown" if self._exchange is None else self._exchange.word
+        return "did not come" if self._exchange is None else self._exchange.word

@@ -126,6 +126,7 @@ TABLE: Mapping[tuple[State, Happening], Step] = {
     (State.STANDING, Happening.USELESS): Step(State.COUNTDOWN, Effect.ANNOUNCE),
     (State.YIELDED, Happening.DISARMED): Step(State.IDLE, Effect.END),
     (State.YIELDED, Happening.ALL_WELL): Step(State.IDLE, Effect.END),
+    (State.SPENT, Happening.SHOWN): Step(State.STANDING, Effect.DONE),
     (State.SPENT, Happening.DISARMED): Step(State.IDLE, Effect.END),
     (State.SPENT, Happening.TAKEN_OVER): Step(State.YIELDED, Effect.YIELD),
     (State.SPENT, Happening.UNWANTED): Step(State.IDLE, Effect.END),

@@ -34,7 +34,8 @@ def obstacle(kind: AutopilotKind, plan: Plan, own_failsafe: bool, known: bool) -
 
 def announced(time_s: float, action: Action, in_s: float, label: str) -> _Words:
     """An action will be asked for, unless the pilot prevents it."""
-    text = texts.fitted(f"{_name(action)} in {in_s:.0f} s for {label}", (", change mode to stop",), "")
+    seconds = f"{in_s:.0f}" if in_s >= 1.0 else f"{in_s:.1f}"
+    text = texts.fitted(f"{_name(action)} in {seconds} s for {label}", (", change mode to stop",), "")
     return _both(time_s, Level.SUSPECT, Severity.ERROR, text)
 
 
@@ -48,7 +49,7 @@ def refrained(time_s: float, action: Action, why: str) -> _Words:
 
 def cancelled(time_s: float, action: Action, why: str, label: str) -> _Words:
     """An announced action will not be asked for: for a reason, or as nothing is to be done any more."""
-    text = f"{_name(action)} cancelled: {why}" if why else f"{_name(action)} for {label} cancelled: no need"
+    text = f"{_name(action)} cancelled: {why}" if why else f"{_name(action)} for {label} cancelled"
     return _both(time_s, Level.NORMAL, Severity.NOTICE, texts.fitted(text))
 
 
@@ -67,6 +68,11 @@ def fell_back(time_s: float, action: Action, word: str, following: Action, label
     """An action did not come about, the next is asked for."""
     text = texts.fitted(f"{_name(action)} {word}, asking {following}", (f" for {label}",), "")
     return _both(time_s, Level.SUSPECT, Severity.ERROR, text)
+
+
+def failed(time_s: float, action: Action, word: str) -> _Words:
+    """An action did not come about, and what is next is so already."""
+    return _both(time_s, Level.SUSPECT, Severity.ERROR, texts.fitted(f"{_name(action)} {word}"))
 
 
 def postponed(time_s: float, action: Action, word: str, following: Action, in_s: float, label: str) -> _Words:

@@ -108,7 +108,7 @@ def test_acknowledged_it_is_not_repeated_and_nothing_is_asked(desk):
     assert desk.supervisor.intervention is State.COUNTDOWN
     texts, answer = desk.take(OperatorAct.ACKNOWLEDGE, 3)
     assert answer == CommandAck(OperatorAct.ACKNOWLEDGE, ACCEPTED, *SENDER)
-    assert texts == ["Hold for thruster 3 cancelled: no need", "T3 acknowledged"]
+    assert texts == ["Hold for thruster 3 cancelled", "T3 acknowledged"]
     assert desk.supervisor.levels()["thruster 3"] is Level.FAULT
     assert desk.texts(100.0) == []
 

@@ -215,7 +215,7 @@ def test_accepted_but_never_shown_is_not_believed(kind, tmp_path):
     rig.autopilot.conduct.always(Command.DO_SET_MODE, NOT_SHOWN, second=kind.hold_number)
     rig.scene.entangle(1)
     assert rig.run(20.0, lambda: rig.said("Manual done for T1"))
-    assert rig.said("Hold not shown, asking manual for T1")
+    assert rig.said("Hold did not come, asking manual for T1")
     assert not rig.said("Hold done")
 
 
@@ -223,7 +223,7 @@ def test_no_answer_is_asked_three_times_with_the_confirmation_raised(kind, tmp_p
     rig = rig_of(kind, tmp_path, HOLD + NO_DELAY)
     rig.autopilot.conduct.always(Command.DO_SET_MODE, SILENCE)
     rig.scene.entangle(1)
-    assert rig.run(20.0, lambda: rig.said("Hold no answer: yours to act on T1"))
+    assert rig.run(20.0, lambda: rig.said("Hold not answered: yours to act on T1"))
     assert [one.confirmation for one in rig.asked] == [0, 1, 2]
 
 
@@ -231,7 +231,7 @@ def test_commands_for_the_ground_station_only_are_noticed(kind, tmp_path):
     rig = rig_of(kind, tmp_path, HOLD + NO_DELAY)
     rig.autopilot.conduct.ground_station_only = True
     rig.scene.entangle(1)
-    assert rig.run(20.0, lambda: rig.said("Hold no answer: yours to act on T1"))
+    assert rig.run(20.0, lambda: rig.said("Hold not answered: yours to act on T1"))
 
 
 def test_an_answer_that_was_lost_is_asked_for_again_and_the_mode_is_believed(kind, tmp_path):
@@ -240,7 +240,7 @@ def test_an_answer_that_was_lost_is_asked_for_again_and_the_mode_is_believed(kin
     rig.scene.entangle(1)
     assert rig.run(10.0, lambda: rig.said("Hold done for T1"))
     assert rig.commander.mode is kind.hold
-    assert not rig.said("no answer")
+    assert not rig.said("not answered")
 
 
 def test_a_temporary_rejection_is_tried_again(kind, tmp_path):

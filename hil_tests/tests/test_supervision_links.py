@@ -104,7 +104,7 @@ def test_a_link_that_is_cut_for_long_in_the_middle_asks_nothing_twice(make, tmp_
     rig.run(70.0)
     assert len({one.time_s for one in rig.asked}) <= 1
     last = [one.text for one in rig.findings if one.detector == "failsafe"][-1]
-    assert last in {"Hold done for T1", "Hold no answer: yours to act on T1"}
+    assert last in {"Hold done for T1", "Hold not answered: yours to act on T1"}
 
 
 @both

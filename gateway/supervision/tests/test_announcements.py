@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from drivers.mavlink.command_exchange import NO_ANSWER
 from drivers.mavlink.messages import TEXT_MAX, StatusText
 from gateway.severity import Severity
 from gateway.supervision import intervention_words as words
@@ -100,7 +101,7 @@ def test_a_limit_that_leaves_nothing_is_the_callers_mistake(wrong):
 # In which words --------------------------------------------------------------------------------------
 
 LABELS = ("T3", "T1+T2+T3", "T10+T11+T12", "4 faults", "Accel", "Speed")
-ANSWERS = ("denied", "unsupported", "failed", "cancelled", "no answer", "not shown", "rejected for now", "result 7")
+ANSWERS = ("denied", "unsupported", "failed", "cancelled", NO_ANSWER, "did not come", "rejected for now", "result 7")
 
 
 def said(outcomes: object) -> str:
@@ -115,7 +116,7 @@ def test_every_word_on_a_request_is_whole(action, label):
     assert said(words.done(0.0, action, label, already=False)) == f"{name} done for {label}"
     assert said(words.done(0.0, action, label, already=True)) == f"{name} is on already, good for {label}"
     assert said(words.cancelled(0.0, action, "vehicle disarmed", label)) == f"{name} cancelled: vehicle disarmed"
-    assert said(words.cancelled(0.0, action, "", label)).endswith("cancelled: no need")
+    assert said(words.cancelled(0.0, action, "", label)).endswith("cancelled")
     assert said(words.recalled(0.0, action, label)).startswith(f"{name} not needed now, may still come")
     assert words.asked(0.0, action, label).text == f"{name} asked for {label}"
 

@@ -131,12 +131,12 @@ TEXT_OF = {
     Effect.ANNOUNCE: r"(Hold|Surface|Manual) in 5 s for T3, change mode to stop",
     Effect.CHANGE: r"Manual in 5 s for T3, change mode to stop",
     Effect.REFRAIN: r"Hold not asked: autopilot in its own failsafe",
-    Effect.CANCEL: r"Hold (cancelled: vehicle disarmed|for T3 cancelled: no need)",
+    Effect.CANCEL: r"Hold (cancelled: vehicle disarmed|for T3 cancelled)",
     Effect.RECALL: r"Hold not needed now, may still come \(T3\)",
-    Effect.FALL_BACK: r"Hold (denied|not shown), asking manual for T3",
-    Effect.POSTPONE: r"Hold (denied|not shown), surface in 5 s for T3",
+    Effect.FALL_BACK: r"Hold (denied|did not come), asking manual for T3",
+    Effect.POSTPONE: r"Hold (denied|did not come), surface in 5 s for T3",
     Effect.ADOPT: r"Hold is on already, good for T3",
-    Effect.GIVE_UP: r"Hold (denied|not shown): yours to act on T3",
+    Effect.GIVE_UP: r"Hold (denied|did not come): yours to act on T3",
     Effect.DONE: r"Hold (done for T3|is on already, good for T3)",
     Effect.YIELD: r"Mode changed: gateway keeps out until all is well",
 }
@@ -282,7 +282,7 @@ def test_what_is_worse_begins_the_delay_anew_and_what_is_not_does_not():
 def test_acknowledging_in_the_delay_is_no_claim_that_the_thruster_is_well():
     scene = Scene(Action.HOLD)
     scene.want_nothing()
-    assert scene.said == "Hold for T3 cancelled: no need"
+    assert scene.said == "Hold for T3 cancelled"
 
 
 # Asked and not answered, or not as it should --------------------------------------------------------
@@ -294,7 +294,7 @@ def test_a_command_without_an_answer_goes_out_three_times_and_then_the_next_of_t
         scene.wait(1.0)
     assert [command.confirmation for command in scene.commands] == [0, 1, 2, 0]
     assert scene.modes_asked == [2.0, 2.0, 2.0, 19.0]
-    assert (scene.texts[-1].severity, scene.said) == (Severity.ERROR, "Hold no answer, asking manual for T3")
+    assert (scene.texts[-1].severity, scene.said) == (Severity.ERROR, "Hold not answered, asking manual for T3")
 
 
 def test_a_retry_is_not_sent_on_the_heartbeat_that_shows_the_pilots_override():
@@ -361,7 +361,7 @@ def test_accepted_and_not_shown_is_not_believed():
     scene.wait(CONFIRM_S - 0.1)
     assert scene.state is State.CONFIRMING
     scene.wait(0.1)
-    assert scene.said == "Hold not shown: yours to act on T3"
+    assert scene.said == "Hold did not come: yours to act on T3"
     assert scene.state is State.SPENT
 
 
@@ -628,7 +628,7 @@ def test_a_hold_that_comes_late_is_not_taken_for_the_end_of_a_surfacing_that_was
     scene.wait(DELAY_S)
     scene.answer(ACCEPTED)
     scene.wait(CONFIRM_S)
-    assert scene.said == "Hold not shown, surface in 5 s for T3"
+    assert scene.said == "Hold did not come, surface in 5 s for T3"
     scene.wait(1.0)
     scene.beat(mode=ALT_HOLD)
     assert scene.state is State.COUNTDOWN
@@ -663,3 +663,27 @@ def test_a_position_mode_is_not_good_enough_where_the_position_is_not_known():
     scene.beat(mode=POSHOLD)
     scene.want(Action.HOLD, position_trusted=False)
     assert scene.state is State.COUNTDOWN
+
+
+def test_a_fallback_that_is_so_already_is_not_asked_for():
+    scene = Scene()
+    scene.beat(mode=MANUAL)
+    scene.want(Action.HOLD, Action.MANUAL)
+    scene.wait(DELAY_S)
+    scene.answer(DENIED)
+    assert [text.text for text in scene.texts][-2:] == ["Hold denied", "Manual is on already, good for T3"]
+    assert [command.parameters[1] for command in scene.commands] == [ALT_HOLD]
+    assert scene.state is State.STANDING
+
+
+def test_what_comes_about_after_all_is_told():
+    scene = Scene(Action.HOLD)
+    scene.wait(DELAY_S)
+    scene.answer(DENIED)
+    assert scene.state is State.SPENT
+    scene.beat(mode=ALT_HOLD)
+    assert scene.said == "Hold done for T3" and scene.state is State.STANDING
+
+
+def test_a_short_delay_is_told_as_it_is():
+    assert Scene(Action.HOLD, delay_s=0.4).said == "Hold in 0.4 s for T3, change mode to stop"
