@@ -17,7 +17,8 @@ from drivers.readings import AutopilotHeartbeat, CommandAcknowledgement
 from gateway.findings import Finding
 from gateway.supervision import intervention_words as words
 from gateway.supervision.actions import RANK, Action, Plan
-from gateway.supervision.autopilots import OWN_FAILSAFE, REQUESTS, AutopilotWatch, Request, kind_of
+from gateway.supervision.autopilots import REQUESTS, AutopilotWatch, Request, kind_of
+from gateway.supervision.choice import Choice
 from gateway.supervision.intervention_table import TABLE, Effect, Happening, State
 from gateway.supervision.modes import Modes
 
@@ -50,8 +51,7 @@ class Intervention:
                 raise ValueError(f"{name} = {value!r}: want 0 or more seconds")
         self.state = State.IDLE
         self._autopilot = autopilot
-        self._delay_s, self._interval_s = delay_s, interval_s
-        self._asked_s: dict[Action, float] = {}
+        self._delay_s, self._choice = delay_s, Choice(interval_s)
         self._plan: Plan | None = None
         self._reset()
 
@@ -94,7 +94,7 @@ class Intervention:
 
     def resume(self, old: Intervention) -> None:
         """After a restart of the program: what had been asked is not asked again, what had only been announced is."""
-        self._asked_s = old._asked_s
+        self._choice.resume(old._choice)
         under_way = old.state in (State.REFRAINED, State.COUNTDOWN, State.ASKED, State.CONFIRMING)
         if under_way and not old._modes.acted:
             return
@@ -143,20 +143,13 @@ class Intervention:
 
     def _first(self, time_s: float, heard: AutopilotHeartbeat | None) -> tuple[Action, str]:
         """The action to ask for, and why it cannot be asked now ("" = it can)."""
-        plan = self._plan
-        if plan is None or self._autopilot.armed is False:
+        if self._plan is None or self._autopilot.armed is False:
             return Action.NONE, ""
-        wanted = plan.actions[0] if plan.actions else Action.NONE
-        if heard is None:
-            return wanted, words.NOT_HEARD
-        known = [action for action in plan.actions if (kind_of(heard), action) in REQUESTS]
-        obstacle = words.obstacle(kind_of(heard), plan, heard.system_status in OWN_FAILSAFE, bool(known))
-        if self.state is State.COUNTDOWN:  # of a fallback: what was tried is not what comes next
-            known = [action for action in known if action not in self._tried] or known
-        first = known[0] if known else wanted
-        if not obstacle and self._asked_just_now(first, time_s):
-            obstacle = words.JUST_NOW
-        return first, obstacle
+        tried = self._tried if self.state is State.COUNTDOWN else ()  # of a fallback's
+        return self._choice.first(self._plan, heard, time_s, tried)
+
+    def _next(self, time_s: float, heard: AutopilotHeartbeat | None) -> Action:
+        return self._choice.next(self._plan, heard, time_s, self._tried)
 
     def _blocks(self, obstacle: str) -> bool:
         """Of what is asked, that it was asked just now is no obstacle; of what was accepted, only silence is one."""
@@ -172,9 +165,6 @@ class Intervention:
         request = self._request(heard)
         mistrusted = request is not None and not self._position_trusted and heard.custom_mode in request.as_good
         return self._action not in self._plan.actions or (self._stands and mistrusted)
-
-    def _asked_just_now(self, action: Action, time_s: float) -> bool:
-        return time_s - self._asked_s.get(action, -math.inf) < self._interval_s
 
     def _request(self, heard: AutopilotHeartbeat) -> Request | None:
         return REQUESTS.get((kind_of(heard), self._action))
@@ -209,14 +199,6 @@ class Intervention:
         if self.state is State.CONFIRMING:
             return heard.time_s >= self._due_s
         return ended is Ended.UNANSWERED and heard.time_s > self._sent_s
-
-    def _next(self, time_s: float, heard: AutopilotHeartbeat | None) -> Action:
-        """The next action of the plan that was not tried; NONE = there is none, or nobody to ask."""
-        if heard is None or self._plan is None or heard.system_status in OWN_FAILSAFE:
-            return Action.NONE
-        untried = (action for action in self._plan.actions if action not in self._tried)
-        possible = (action for action in untried if (kind_of(heard), action) in REQUESTS)
-        return next((action for action in possible if not self._asked_just_now(action, time_s)), Action.NONE)
 
     # What is done ---------------------------------------------------------------------------------
 
@@ -295,7 +277,7 @@ class Intervention:
         self._sent_s, self._accepted_s, self._due_s = time_s, math.inf, math.inf
         self._tried.add(self._action)
         self._modes.asked(request)
-        self._asked_s[self._action] = time_s
+        self._choice.asked(self._action, time_s)
         yield words.asked(time_s, self._action, self._label)
         yield command
 
