@@ -66,7 +66,7 @@ def test_what_two_watches_want_is_asked_for_once_and_as_fast_as_the_faster_wants
 def test_requests_are_read_back_by_pymavlink(tmp_path):
     autopilot = AutopilotHeartbeat(0.0, 7, 1, ARDUPILOT, 12, False, 19, 4)
     for one in streams(parse(SPEED + NAVIGATION_WATCH, tmp_path), ARDUPILOT):
-        (sent,) = messages_in(MavlinkEncoder(7).encode(one.request(autopilot, 0)))
+        (sent,) = messages_in(MavlinkEncoder(7).encode(one.request(autopilot)))
         assert (sent.command, sent.param1) == (511, one.message_id)
         assert sent.param2 == pytest.approx(1e6 / one.rate_hz)
         assert (sent.target_system, sent.target_component) == (7, 1)
