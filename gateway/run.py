@@ -9,6 +9,7 @@ import asyncio
 import logging
 from collections import Counter
 from collections.abc import Coroutine, Iterator, Sequence
+from importlib import import_module
 from typing import Any
 
 from threadpoolctl import threadpool_limits
@@ -37,6 +38,8 @@ from gateway.timeline import STILL_S
 log = logging.getLogger("gateway")
 
 TICK_S = 0.1
+# what detectors load when they first need it, a second, on slow machines half a minute: no other command waits for it
+LOADED_LATE = ("filterpy.kalman", "scipy.optimize", "scipy.signal")
 # links that do not open for so long are told, and are no reason not to begin
 READY_S = 5.0
 # What a stop may take: all that came before is judged and told, and once more what was left
@@ -70,6 +73,8 @@ async def run(
     Raises:
         OSError: the findings cannot be written where the configuration says, or another gateway runs with it.
     """
+    for module in LOADED_LATE:
+        import_module(module)
     # the detectors' matrices are small: BLAS threads that wait for each other on busy cores cost more than they give
     with threadpool_limits(limits=1, user_api="blas"), FindingsFile(config.files.findings) as findings:
         pipeline = Pipeline(config, factories)

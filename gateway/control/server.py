@@ -45,6 +45,7 @@ class ControlSocket:
         self._socket: socket.socket | None = None
         self._server: asyncio.Server | None = None
         self._identity: tuple[int, int] | None = None
+        self._writers: set[asyncio.StreamWriter] = set()
         self.drops: Counter[str] = Counter()
 
     def open(self) -> None:
@@ -70,6 +71,7 @@ class ControlSocket:
         async with asyncio.TaskGroup() as talks:
 
             def talk(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+                self._writers.add(writer)
                 talks.create_task(self._talk(reader, writer), name="control talk")
 
             # known before it serves: from its first moment on, `close` may come at any time
@@ -80,6 +82,8 @@ class ControlSocket:
                 await self._server.serve_forever()
             finally:
                 self._server.close()
+                for writer in tuple(self._writers):  # a talk that is cancelled before it begins closes nothing
+                    writer.close()
 
     def close(self) -> None:
         """Removes the socket, if it is still ours."""
@@ -104,6 +108,7 @@ class ControlSocket:
         except ConnectionError:
             self.drops["connection lost"] += 1
         finally:
+            self._writers.discard(writer)
             writer.close()
             with suppress(OSError, asyncio.CancelledError):
                 await writer.wait_closed()
