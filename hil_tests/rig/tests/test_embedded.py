@@ -209,4 +209,7 @@ def test_an_error_in_its_thread_is_not_lost(gateway, listener):
     clock = iter([1000.0, 1000.1])
     vehicle = embedded(gateway, now=lambda: next(clock))  # a clock that breaks after its second reading
     with pytest.raises(RuntimeError, match="stopped by itself"), vehicle:
-        time.sleep(0.1)
+        deadline_s = time.monotonic() + 10.0
+        while any(thread.name == "embedded vehicle" for thread in threading.enumerate()):
+            assert time.monotonic() < deadline_s
+            time.sleep(0.01)
