@@ -11,7 +11,7 @@ from drivers.clock import Clock
 from drivers.mavlink.encoder import MavlinkEncoder, frames_of
 from drivers.mavlink.formats import name_of
 from drivers.mavlink.link import MavlinkLink
-from drivers.mavlink.messages import CommandAck, OutgoingMessage
+from drivers.mavlink.messages import CommandAck, CommandResult, OutgoingMessage
 from drivers.mavlink.streams import StreamRequests
 from drivers.readings import (
     AutopilotClock,
@@ -32,7 +32,6 @@ from gateway.wiring import mavlink_decoder
 log = logging.getLogger("gateway")
 
 COMPUTER_STATUS_S = 2.0
-RESULT_DENIED = 2  # MAV_RESULT
 
 
 class Companion:
@@ -127,8 +126,9 @@ class Companion:
         if encoder is None:
             encoder = self._encoders[system] = MavlinkEncoder(system, self._settings.component_id, self._gate)
         now_s = self._clock.now()
-        for frame in frames_of(encoder.encode(message, now_s)):
-            self._decoder.own.sent(frame, now_s)
+        frames = encoder.encode(message, now_s)
+        self._decoder.own.sent(frames, now_s)
+        for frame in frames_of(frames):
             self._link.send(frame)
 
     def drops(self) -> Counter[str]:
@@ -190,7 +190,7 @@ class Companion:
 
     def _tell_refusal(self, answer: OutgoingMessage) -> None:
         """Who is refused does not learn why over MAVLink: the log says it once."""
-        if not (isinstance(answer, CommandAck) and answer.result == RESULT_DENIED):
+        if not (isinstance(answer, CommandAck) and answer.result == CommandResult.DENIED):
             return
         system = answer.target_system
         if system in self._settings.operators:

@@ -22,10 +22,9 @@ from math import inf
 from detectors.navigation import Sensor
 from drivers.mavlink.messages import FLOAT32_MAX, NamedValue
 from gateway.channel import Judgement, NavigationJudgement, SpeedJudgement, ThrusterJudgement
+from gateway.timeline import TICK_TOLERANCE_S
 
 FRESH_S = 5.0
-# ticks stand on a grid of decimal fractions: less than half a tick early is on time
-TICK_TOLERANCE_S = 0.01
 
 SENSORS: Mapping[Sensor, str] = {
     Sensor.DVL: "DVLF",

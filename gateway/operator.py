@@ -16,7 +16,7 @@ from math import nan
 from typing import Any
 
 from detectors.verdict import Level
-from drivers.mavlink.messages import CommandAck
+from drivers.mavlink.messages import CommandAck, CommandResult
 from drivers.readings import OperatorAct, OperatorRequest
 from gateway.channel import Channel
 from gateway.findings import Finding
@@ -46,8 +46,6 @@ MINUTES_FROM_S = 120.0
 
 # who has said it, where it was said on this machine
 OWN_OPERATOR = " (gateway tell)"
-
-RESULT_ACCEPTED, RESULT_DENIED = 0, 2  # MAV_RESULT
 
 
 def subject_of(code: int) -> str | None:
@@ -90,7 +88,7 @@ class OperatorDesk:
             said = f"{_name(request.code)} is not watched here"
         yield self._finding(request, said)
         yield from self._supervisor.inform(request.time_s, said)
-        result = RESULT_ACCEPTED if subjects else RESULT_DENIED
+        result = CommandResult.ACCEPTED if subjects else CommandResult.DENIED
         yield CommandAck(request.act, result, request.system_id, request.component_id)
 
     def accept(self, subjects: Sequence[str], time_s: float) -> Iterator[Outgoing]:

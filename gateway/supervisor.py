@@ -33,12 +33,11 @@ from gateway.supervision.levels import TABLE, Event, Say
 from gateway.supervision.settings import Settings
 from gateway.supervision.subject import Policy, Remembered, Subject
 from gateway.supervision.wording import Wording
+from gateway.timeline import TICK_TOLERANCE_S
 
 Outgoing = Finding | StatusText | CommandLong | CompanionHeartbeat
 
 HEARTBEAT_PERIOD_S = 1.0
-# ticks stand on a grid of decimal fractions: less than half a tick early is on time
-TICK_TOLERANCE_S = 0.01
 # texts of no subject of their own: they wait, and are replaced, as if they were of these
 FAILSAFE, STATE = "failsafe", "state"
 

@@ -9,6 +9,8 @@ from collections.abc import Iterator
 from gateway.align import is_time
 
 TICKS_PER_S = 10
+# ticks stand on a grid of decimal fractions: less than half a tick early is on time
+TICK_TOLERANCE_S = 0.01
 # A time this far from the last one is a corrupt stamp, or a real break in a recording. A corrupt one stands alone.
 JUMP_S = 600.0
 JUMP_CONFIRMATIONS = 5

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from enum import Enum, auto
 
-from drivers.mavlink.messages import CommandLong
+from drivers.mavlink.messages import CommandLong, CommandResult
 from drivers.readings import CommandAcknowledgement
 
 ANSWER_S = 1.0
@@ -22,14 +22,13 @@ OWED_S = 1.0
 # "in progress" for longer than this is no answer
 PROGRESS_MAX_S = 30.0
 
-RESULT_ACCEPTED, RESULT_TEMPORARILY_REJECTED, RESULT_IN_PROGRESS = 0, 1, 5  # MAV_RESULT
 RESULT_WORDS: Mapping[int, str] = {
-    RESULT_ACCEPTED: "accepted",
-    RESULT_TEMPORARILY_REJECTED: "rejected for now",
-    2: "denied",
-    3: "unsupported",
-    4: "failed",
-    6: "cancelled",
+    CommandResult.ACCEPTED: "accepted",
+    CommandResult.TEMPORARILY_REJECTED: "rejected for now",
+    CommandResult.DENIED: "denied",
+    CommandResult.UNSUPPORTED: "unsupported",
+    CommandResult.FAILED: "failed",
+    CommandResult.CANCELLED: "cancelled",
 }
 NO_ANSWER = "not answered"
 
@@ -86,17 +85,17 @@ class CommandExchange:
         if self._owed > 0 and reading.time_s - self._began_s < OWED_S:
             self._owed -= 1  # if it was ours after all: the next try is answered, too
             return
-        if reading.result != RESULT_IN_PROGRESS:
+        if reading.result != CommandResult.IN_PROGRESS:
             self._answered += 1
         if self.ended is not None:
             return
-        if reading.result == RESULT_IN_PROGRESS:
+        if reading.result == CommandResult.IN_PROGRESS:
             self._due_s = min(reading.time_s + ANSWER_S, self._began_s + PROGRESS_MAX_S)
             return
         self.word = RESULT_WORDS.get(reading.result, f"result {reading.result}")
-        if reading.result == RESULT_ACCEPTED:
+        if reading.result == CommandResult.ACCEPTED:
             self.ended = Ended.ACCEPTED
-        elif reading.result != RESULT_TEMPORARILY_REJECTED:
+        elif reading.result != CommandResult.TEMPORARILY_REJECTED:
             self.ended = Ended.REFUSED
 
     def advance(self, time_s: float) -> CommandLong | None:

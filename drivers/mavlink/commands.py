@@ -23,11 +23,10 @@ from typing import Any
 from drivers.mavlink.copies import RouteCopies
 from drivers.mavlink.formats import COMMAND_INT, COMMAND_LONG
 from drivers.mavlink.frames import Packet
-from drivers.mavlink.messages import CommandAck
+from drivers.mavlink.messages import CommandAck, CommandResult
 from drivers.mavlink.rate import RateLimit
 from drivers.readings import OperatorAct, OperatorRequest
 
-RESULT_DENIED, RESULT_UNSUPPORTED = 2, 3  # MAV_RESULT
 COMMANDS = {message.message_id: message for message in (COMMAND_LONG, COMMAND_INT)}
 
 RATE_MAX = 10
@@ -83,16 +82,18 @@ class OperatorCommands:
             return False
         return True
 
-    def _refusal(self, packet: Packet, command: int, code: float, duration_s: float) -> tuple[int, str] | None:
+    def _refusal(
+        self, packet: Packet, command: int, code: float, duration_s: float
+    ) -> tuple[CommandResult, str] | None:
         if command not in set(OperatorAct):
-            return RESULT_UNSUPPORTED, "command not supported"
+            return CommandResult.UNSUPPORTED, "command not supported"
         if packet.system_id not in self._operators:
-            return RESULT_DENIED, "command from no operator"
+            return CommandResult.DENIED, "command from no operator"
         if self._require_signed and not packet.signed:
-            return RESULT_DENIED, "command not signed"
+            return CommandResult.DENIED, "command not signed"
         muted = command == OperatorAct.MUTE
         if not (_whole(code) and (not muted or 0.0 <= duration_s <= DURATION_MAX_S)):  # False for NaN
-            return RESULT_DENIED, "command with implausible parameters"
+            return CommandResult.DENIED, "command with implausible parameters"
         return None
 
 

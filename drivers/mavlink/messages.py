@@ -20,6 +20,18 @@ COMMAND_ARM_DISARM = 400  # MAV_CMD_COMPONENT_ARM_DISARM
 FORCE_ARM = 2989.0  # its param2: arm whatever the checks say
 
 
+class CommandResult(IntEnum):
+    """MAV_RESULT: what becomes of a command."""
+
+    ACCEPTED = 0
+    TEMPORARILY_REJECTED = 1
+    DENIED = 2
+    UNSUPPORTED = 3
+    FAILED = 4
+    IN_PROGRESS = 5
+    CANCELLED = 6
+
+
 class CompanionState(IntEnum):
     """MAV_STATE of this onboard computer."""
 

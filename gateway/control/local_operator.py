@@ -6,13 +6,13 @@ import asyncio
 from collections import deque
 from collections.abc import Callable, Sequence
 
-from drivers.mavlink.messages import CommandAck
+from drivers.mavlink.messages import CommandAck, CommandResult
 from drivers.readings import OperatorAct, OperatorRequest
 from gateway.control.protocol import ACTS, Answer, Request
 from gateway.control.subject_words import subjects_named
 from gateway.findings import Finding
 from gateway.judging import Work
-from gateway.operator import OWN_OPERATOR, RESULT_ACCEPTED, code_of
+from gateway.operator import OWN_OPERATOR, code_of
 from gateway.pipeline import Arrival
 
 # his readings come over no link
@@ -68,7 +68,7 @@ class LocalOperator:
             return Answer(False, (str(error),))
         answers = [self.say(ACTS[request.ask], code_of(subject), request.duration_s) for subject in subjects]
         done = [await _result(answer) for answer in answers]
-        return Answer(all(result == RESULT_ACCEPTED for result, _ in done), tuple(said for _, said in done))
+        return Answer(all(result == CommandResult.ACCEPTED for result, _ in done), tuple(said for _, said in done))
 
 
 async def _result(answer: asyncio.Future[_Done] | None) -> _Done:
