@@ -74,10 +74,11 @@ class Source(NamedTuple):
 
 
 class Aligned(NamedTuple):
-    """What a reading did: the number of samples that it completed, and the watched signal that it belongs to."""
+    """What a reading did: the samples that it completed, the watched signal that it is of, and whether that is rare."""
 
     samples: int
     signal: str | None
+    rare: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +126,7 @@ class Channel(ABC, Generic[SampleT]):
         """Takes a reading in that came from one of the sources."""
         samples, signal = self._align(reading)
         self._aligned += samples
-        return Aligned(len(samples), signal)
+        return Aligned(len(samples), signal, signal is not None and self._is_rare(signal))
 
     def judge(self) -> None:
         """Judges all samples that were aligned since the last time."""
@@ -145,6 +146,10 @@ class Channel(ABC, Generic[SampleT]):
     def remark(self) -> str:
         """What the summary of a run should say of it beside its level, e.g. where positions came from."""
         return ""
+
+    def _is_rare(self, signal: str) -> bool:
+        """Whether a signal comes, but too rarely to be of use."""
+        return False
 
     @abstractmethod
     def accept(self) -> None:

@@ -210,21 +210,17 @@ class Pipeline:
         """Passes an event through timeline and alignment; its steps are for when the detectors have judged."""
         if isinstance(event, Now):
             if self._timeline.admits(event.time_s):
-                yield from self._time(event.time_s)
+                yield self._time(event.time_s)
             return
         for reading in event.readings:
             if self._timeline.admits(reading.time_s):
-                yield from self._time(reading.time_s)
+                yield self._time(reading.time_s)
                 yield partial(self._hear, event.link, reading, self._align(event.link, reading))
 
-    def _time(self, time_s: float) -> Iterator[_Step]:
-        if self._timeline.stands_still(time_s):
-            yield partial(self._wake, time_s)
-        yield partial(self._tick, tuple(self._timeline.ticks(time_s)))
-
-    def _wake(self, time_s: float) -> Iterator[Outcome]:
-        self._silence.wake(time_s)
-        yield from ()
+    def _time(self, time_s: float) -> _Step:
+        """The ticks up to a time, of which those that nobody was there for are no silence."""
+        woken_s = time_s if self._timeline.stands_still(time_s) else None
+        return partial(self._tick, tuple(self._timeline.ticks(time_s)), woken_s)
 
     def _align(self, link: str, reading: Reading) -> _Taken:
         """Gives a reading to the channels that it is for; a thruster's over another link than its own is counted."""
@@ -234,7 +230,9 @@ class Pipeline:
             self._drops["not the configured source"] += 1
         return tuple((channel, channel.align(reading)) for channel in channels)
 
-    def _tick(self, ticks_s: Iterable[float]) -> Iterator[Outcome]:
+    def _tick(self, ticks_s: Iterable[float], woken_s: float | None) -> Iterator[Outcome]:
+        if woken_s is not None:
+            self._silence.wake(woken_s)
         for tick_s in ticks_s:
             silences = self._silence.judge(tick_s, self._supervisor.disarmed())
             for heard in chain(silences, self._conflicts.advance(tick_s)):
@@ -247,9 +245,9 @@ class Pipeline:
             self._silence.link_state(reading)
             return
         self._silence.hear_link(link, reading.time_s)
-        for channel, (samples, signal) in taken:
+        for channel, (samples, signal, rare) in taken:
             if signal is not None:
-                self._silence.hear_signal(signal, reading.time_s)
+                self._silence.hear_signal(signal, reading.time_s, rare)
             for judgement in channel.judgements(samples):
                 yield judgement
                 self._plots.take(channel.subject, judgement)

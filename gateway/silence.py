@@ -17,7 +17,7 @@ from gateway.observation import Observation
 # what has never been heard gets this long to begin: an autopilot boots for some seconds
 START_S = 5.0
 # what comes once in two seconds is rare, and not silent
-SLOW_S = 3.0
+RARE_S = 3.0
 # subject of the autopilot's HEARTBEAT, which may be lost while others still speak on the link
 AUTOPILOT = "autopilot"
 
@@ -34,7 +34,6 @@ class Watched:
         limit_s: silence that counts.
         armed_only: not missed while the vehicle is disarmed.
         part_of: subject of the signal that this is a part of: while all of that is silent, only that is said.
-        slow: what it is called while it comes, but too rarely to be of use.
     """
 
     detector: str
@@ -44,7 +43,6 @@ class Watched:
     limit_s: float
     armed_only: bool = False
     part_of: str | None = None
-    slow: str | None = None
 
 
 class _Ear:
@@ -55,11 +53,11 @@ class _Ear:
         self._since_s: float | None = None
         self._heard = False
         self._silence_s = 0.0
-        self._slow_s = -math.inf
+        self._rare_s = -math.inf
 
-    def hear_slow(self, time_s: float) -> None:
+    def hear_rare(self, time_s: float) -> None:
         """Something came, and too rarely to be of use."""
-        self._slow_s = time_s
+        self._rare_s = time_s
 
     def hear(self, time_s: float) -> None:
         if self._since_s is not None and time_s < self._since_s:
@@ -84,8 +82,8 @@ class _Ear:
     def observation(self, time_s: float, trouble: str = "") -> Observation | None:
         """What to say now; `trouble` that the driver tells counts at once, but not while a link still begins."""
         if self.silent(time_s) or (trouble and self._heard):
-            slow = time_s - self._slow_s <= max(self.watched.limit_s, SLOW_S)
-            trouble = trouble or ("too rare to judge by" if slow else f"silent {self.age_s(time_s):.1f} s")
+            rare = time_s - self._rare_s <= max(self.watched.limit_s, RARE_S)
+            trouble = trouble or ("too rare to judge by" if rare else f"silent {self.age_s(time_s):.1f} s")
             return self._observation(time_s, Level.SUSPECT, trouble, ())
         details = (f"after {self._silence_s:.1f} s",) if self._silence_s else ()
         return self._observation(time_s, Level.NORMAL, "", details) if self._heard else None
@@ -124,18 +122,18 @@ class SilenceWatch:
                 self._give_signals_time(link, time_s)
             ear.hear(time_s)
 
-    def hear_signal(self, subject: str, time_s: float) -> None:
-        """Something of this signal came in, and so of that which it is a part of."""
-        ear = self._signals.get(subject)
-        if ear is None:
-            for one in self._signals.values():
-                if one.watched.slow == subject:
-                    one.hear_slow(time_s)
-            return
-        ear.hear(time_s)
-        whole = self._whole(ear)
-        if whole is not None:
-            whole.hear(time_s)
+    def hear_signal(self, subject: str, time_s: float, rare: bool = False) -> None:
+        """Something of this signal came in, and so of that which it is a part of.
+
+        Args:
+            subject: of the signal; one that is not watched is let pass.
+            time_s: when.
+            rare: it comes, but too rarely to be of use: as good as silent.
+        """
+        part = self._signals.get(subject)
+        for ear in () if part is None else (part, self._whole(part)):
+            if ear is not None:
+                (ear.hear_rare if rare else ear.hear)(time_s)
 
     def link_state(self, state: LinkState) -> None:
         """The driver says that a link came up, went down, or has trouble while it is up."""

@@ -63,8 +63,8 @@ class Detector(Protocol):
 
 
 SIGNALS = ("command", "rpm", "esc")
-# of all thrusters whose commands come over MAVLink; and what they are called while they come too rarely
-COMMANDS, COMMANDS_SLOW = "commands", "commands slow"
+# of all thrusters whose commands come over MAVLink
+COMMANDS = "commands"
 
 ThrusterFactory = Callable[[ThrusterConfig, CommissionedCurve | None], Detector]
 
@@ -120,13 +120,16 @@ class ThrusterChannel(Channel[ThrusterSample]):
         match reading:
             case ThrusterCommand():
                 self._aligner.command(reading.time_s, reading.fraction)
-                return (), COMMANDS_SLOW if self._aligner.slow else self._command_signal
+                return (), self._command_signal
             case ThrusterReport():
                 samples = self._aligner.report(
                     reading.time_s, reading.speed_rpm, reading.voltage_v, reading.current_a
                 )
                 return samples, self._esc_signal if reading.speed_rpm is None else self._rpm_signal
         return (), None
+
+    def _is_rare(self, signal: str) -> bool:
+        return signal == self._command_signal and self._aligner.slow
 
     def _judge(self, samples: Sequence[ThrusterSample]) -> Iterator[ThrusterJudgement]:
         for sample, verdict in zip(samples, verdicts(self._detector, samples), strict=True):
@@ -163,7 +166,7 @@ def _signals(thruster: Thruster, silent_s: float) -> Iterator[Watched]:
     whole = esc if rpm.rpm_sensor is None else None
     streamed = thruster.command.link == MAVLINK
     if streamed:  # SERVO_OUTPUT_RAW, which has all of them
-        yield Watched("signal", COMMANDS, "Commands", MAVLINK, silent_s, armed_only=True, slow=COMMANDS_SLOW)
+        yield Watched("signal", COMMANDS, "Commands", MAVLINK, silent_s, armed_only=True)
     yield Watched(
         "signal",
         command,

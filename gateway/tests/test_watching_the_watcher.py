@@ -157,3 +157,17 @@ def test_a_program_that_stood_still_blames_nobody(dive):
     dive.time_s += 8.0
     dive.go(3.0)
     assert dive.texts() == []
+
+
+def test_streamed_commands_that_become_rare_are_told_as_that_and_once(dive):
+    for step in range(20 * 10):
+        time_s = dive.time_s = dive.time_s + 0.05
+        dive.hear("can0", ThrusterCommand(time_s, 1, 0.5), ThrusterReport(time_s + 0.001, 1, 1500.0))
+        dive.hear("can0", ThrusterReport(time_s + 0.002, 2, 1500.0))
+        if step % 10 == 0:  # 2 Hz, where it was 20
+            dive.hear(
+                "mavlink", ThrusterCommand(time_s, 2, 0.5), AutopilotHeartbeat(time_s, 1, 1, 3, 12, True, 19, 4)
+            )
+    assert dive.texts() == ["Commands too rare to judge by"]
+    dive.go(5.0)
+    assert dive.texts() == ["Commands ok again: after 9 s"]
