@@ -74,7 +74,7 @@ class Source(NamedTuple):
 
 
 class Aligned(NamedTuple):
-    """What a reading did: the samples that it completed, the watched signal that it is of, and whether that is rare."""
+    """What a reading did: samples that it completed, the watched signal that it is of, and whether that is rare."""
 
     samples: int
     signal: str | None

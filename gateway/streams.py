@@ -1,7 +1,7 @@
 """Which messages the autopilot is asked for: those that this configuration reads, and no others.
 
-A link to an autopilot is often a serial line, shared with the pilot's own telemetry. What is not asked for still comes,
-and is read, as often as the autopilot sends it anyway.
+A link to an autopilot is often a serial line, shared with the pilot's own telemetry. What is not asked for still
+comes, and is read, as often as the autopilot sends it anyway.
 """
 
 from __future__ import annotations
