@@ -34,7 +34,6 @@ from gateway.consistency import inconsistencies
 from gateway.detector_settings import DetectorSettings
 from gateway.navigation_settings import navigation_settings
 from gateway.problems import ConfigError, Problem, from_validation, unknown_key
-from gateway.signing.settings import contradictions
 from gateway.speed_settings import speed_settings
 
 SectionT = TypeVar("SectionT", bound=Section)
@@ -170,7 +169,6 @@ class _Parser:
             parts["navigation"] = self._absolute(parts["navigation"], "lstm_model")
         crossed = {key: parts[key] for key in ("can", "mavlink", "thruster", "speed", "navigation", "failsafe")}
         self._problems += inconsistencies(self._tables, **crossed)
-        self._problems += contradictions(parts["mavlink"]) if parts["mavlink"] is not None else []
         parts["detector"] = self._detectors(parts["speed"], parts["navigation"])
         if self._problems:
             raise ConfigError(source, self._problems)

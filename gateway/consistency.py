@@ -27,6 +27,7 @@ from gateway.config_sections import (
     Thruster,
 )
 from gateway.problems import Problem
+from gateway.signing import settings as signing_settings
 from gateway.wiring import command_scale, refused_signals
 
 
@@ -89,6 +90,7 @@ def inconsistencies(
         *(speed_settings.contradictions(speed, thruster, tables) if speed is not None else ()),
         *(navigation_settings.contradictions(navigation) if navigation is not None else ()),
         *(failsafe_settings.contradictions(failsafe, thruster, tables) if failsafe is not None else ()),
+        *(signing_settings.contradictions(mavlink) if mavlink is not None else ()),
     ]
 
 
