@@ -1,4 +1,4 @@
-"""Readings of a whole block of frames: those of thrusters, which are many, as columns; the rest, which are few, whole.
+"""Readings of a whole block of frames: those of thrusters, which are many, as columns; the few others, whole.
 
 `row` is the place of the frame that completed a reading in the block that it was decoded from: readings of one block
 are in the order of their rows, and several of one frame in the order in which the columns stand here (all commands
@@ -67,7 +67,7 @@ class ReadingBlock:
 
     def readings(self) -> list[Reading]:
         """One by one, in their order: exactly what decoding the frames one by one gives."""
-        keyed = [
+        keyed: list[tuple[int, int, int, Reading]] = [
             *((row, 0, one.thruster, reading) for one in self.commands for row, reading in _commands(one)),
             *((row, 1, one.thruster, reading) for one in self.reports for row, reading in _reports(one)),
             *((row, 2, number, reading) for number, (row, reading) in enumerate(self.others)),
@@ -89,5 +89,5 @@ def _reports(columns: ReportColumns) -> Iterator[tuple[int, Reading]]:
     for row, time_s, numbers, count in zip(
         columns.row.tolist(), columns.time_s.tolist(), values, counts, strict=True
     ):
-        known = (None if isnan(number) else number for number in numbers)
-        yield row, ThrusterReport(time_s, columns.thruster, *known, None if isnan(count) else int(count))
+        known = [None if isnan(number) else number for number in numbers]
+        yield row, ThrusterReport(time_s, columns.thruster, *known, error_count=None if isnan(count) else int(count))
