@@ -89,5 +89,6 @@ def _reports(columns: ReportColumns) -> Iterator[tuple[int, Reading]]:
     for row, time_s, numbers, count in zip(
         columns.row.tolist(), columns.time_s.tolist(), values, counts, strict=True
     ):
-        known = [None if isnan(number) else number for number in numbers]
-        yield row, ThrusterReport(time_s, columns.thruster, *known, error_count=None if isnan(count) else int(count))
+        rpm, volts, amperes, kelvin = (None if isnan(number) else number for number in numbers)
+        errors = None if isnan(count) else int(count)
+        yield row, ThrusterReport(time_s, columns.thruster, rpm, volts, amperes, kelvin, errors)
