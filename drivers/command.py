@@ -4,6 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray: TypeAlias = NDArray[np.float64]
 
 # Autopilots and ESCs overshoot their nominal range a little (a trimmed servo output, a rounded voltage): that is full
 # thrust. Farther out it is no command but a wrong scale, a wrong signal or a damaged frame.
@@ -58,6 +64,25 @@ class CommandScale:
             return 0.0
         fraction = offset / (self.maximum - self.neutral if offset > 0.0 else self.neutral - self.minimum)
         return -fraction if self.reverse else fraction
+
+    def fractions(self, values: FloatArray) -> FloatArray:
+        """`fraction` of many commands, bit for bit.
+
+        Args:
+            values: (N,) in the unit of the wire; NaN where there is none.
+
+        Returns:
+            (N,) -1.0..1.0, NaN where `fraction` gives None.
+        """
+        overshoot = MAX_OVERSHOOT * (self.maximum - self.minimum)
+        inside = (self.minimum - overshoot <= values) & (values <= self.maximum + overshoot)
+        offset = np.minimum(np.maximum(values, self.minimum), self.maximum) - self.neutral
+        half_range = np.where(offset > 0.0, self.maximum - self.neutral, self.neutral - self.minimum)
+        fractions = np.zeros(len(values))
+        moving = np.abs(offset) > self.dead_band
+        np.divide(offset, -half_range if self.reverse else half_range, out=fractions, where=moving)
+        fractions[~inside] = np.nan
+        return fractions
 
     def value(self, fraction: float) -> float:
         """Command in the unit of the wire, the inverse of `fraction` outside the dead band.

@@ -1,7 +1,9 @@
 """Commands on the wire and as fractions of full thrust."""
 
 import math
+from dataclasses import replace
 
+import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
@@ -90,3 +92,16 @@ def test_any_value_gives_none_or_a_fraction_of_the_right_side(value):
     if fraction:
         assert -1.0 <= fraction <= 1.0
         assert (fraction > 0.0) == (value > PWM.neutral)
+
+
+@given(
+    st.lists(
+        st.floats() | st.floats(900.0, 2200.0) | st.sampled_from([1100.0, 1475.0, 1525.0, 1900.0, -0.0]), max_size=9
+    ),
+    st.sampled_from([PWM, LOPSIDED, ONE_WAY]),
+    st.booleans(),
+)
+def test_many_values_give_what_each_gives_alone(values, scale, reverse):
+    scale = replace(scale, reverse=reverse)
+    alone = [math.nan if (fraction := scale.fraction(value)) is None else fraction for value in values]
+    assert scale.fractions(np.array(values)).tobytes() == np.array(alone).tobytes()
