@@ -5,7 +5,8 @@ from __future__ import annotations
 import click
 from rich.console import Console
 
-from hil_tests.bench.decoding import dbc_status, esc_status, mavlink_stream, raw_command
+from hil_tests.bench.decoding import dbc_status, esc_status, raw_command
+from hil_tests.bench.decoding_mavlink import mavlink_stream
 from hil_tests.bench.figures import console_beside, shared_options, write
 from hil_tests.bench.navigation_timing import navigation_watch
 from hil_tests.bench.predictor_timing import has_onnx, predictor_step
