@@ -14,6 +14,7 @@ from drivers.mavlink.copies import RouteCopies
 from drivers.mavlink.encoder import COMPANION_COMPONENT, check_component
 from drivers.mavlink.fixes import PositionFixes
 from drivers.mavlink.formats import ESC_TELEMETRY, MessageFormat
+from drivers.mavlink.forwarded_frames import ForwardedFrames
 from drivers.mavlink.frames import FrameScanner, Gate, Packet
 from drivers.mavlink.inertial import Barometers, InertialUnits
 from drivers.mavlink.messages import CommandAck, TimeSync
@@ -53,6 +54,7 @@ class MavlinkDecoder:
         gate: lets in who may speak, see `drivers.mavlink.signing`; None: all. With a gate, commands to us must be
             signed, whatever else it lets in.
         operators: system ids whose commands to us are taken.
+        can_frames: collects the CAN frames that our autopilot forwards; None: they are not wanted.
 
     Attributes:
         drops: what was thrown away, counted by cause.
@@ -72,6 +74,7 @@ class MavlinkDecoder:
         navigation: bool = False,
         gate: Gate | None = None,
         operators: Collection[int] = (GROUND_SYSTEM,),
+        can_frames: ForwardedFrames | None = None,
     ) -> None:
         check_component(own_component)
         for name in ("thruster", "esc_index", "rpm_sensor"):
@@ -81,6 +84,7 @@ class MavlinkDecoder:
         self._thrusters = tuple(thrusters)
         self._own_component = own_component
         self._navigation = navigation
+        self._can_frames = can_frames
         self._autopilot = AutopilotChoice(autopilot_system, self.drops)
         self._handlers = self._handlers_for(autopilot_system)
         self._handlers_system = autopilot_system
@@ -209,6 +213,8 @@ class MavlinkDecoder:
         for group in sorted({esc // ESCS_PER_MESSAGE for esc in escs if esc < ESCS_PER_MESSAGE * len(ESC_TELEMETRY)}):
             handlers.append((ESC_TELEMETRY[group], partial(thrusters.esc_telemetry, group)))
         handlers += self._navigation_handlers() if self._navigation else []
+        if self._can_frames is not None:
+            handlers += [(formats.CAN_FRAME, self._can_frames.classic), (formats.CANFD_FRAME, self._can_frames.fd)]
         return {message.message_id: (message, handle) for message, handle in handlers}
 
     def _navigation_handlers(self) -> list[Handler]:

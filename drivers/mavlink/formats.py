@@ -59,6 +59,8 @@ COMMAND_LONG = generated("COMMAND_LONG")
 COMMAND_INT = generated("COMMAND_INT")
 COMMAND_ACK = generated("COMMAND_ACK")
 RPM = generated("RPM")
+CAN_FRAME = generated("CAN_FRAME")
+CANFD_FRAME = generated("CANFD_FRAME")
 ESC_TELEMETRY = tuple(generated(f"ESC_TELEMETRY_{first}_TO_{first + 3}") for first in range(1, 33, 4))
 
 # PX4, common.xml: time_usec, error_count[4], counter, failure_flags[4], temperature[4] (0.01 degC),
