@@ -10,7 +10,9 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from drivers.mavlink.formats import TIMESYNC
 from drivers.mavlink.frames import frame_at
 from drivers.mavlink.messages import (
+    FILTER_IDS_MAX,
     TEXT_MAX,
+    CanFilterModify,
     CommandAck,
     CommandLong,
     CompanionHeartbeat,
@@ -139,6 +141,17 @@ def _command_ack(message: CommandAck) -> Any:
     )
 
 
+def _can_filter_modify(message: CanFilterModify) -> Any:
+    return dialect.MAVLink_can_filter_modify_message(
+        message.target_system,
+        message.target_component,
+        message.bus,
+        message.operation,
+        len(message.ids),
+        _filled(list(message.ids), FILTER_IDS_MAX, 0),
+    )
+
+
 def _named_value(message: NamedValue) -> Any:
     boot_ms = round(message.boot_s * 1000.0) % 2**32
     return dialect.MAVLink_named_value_float_message(boot_ms, message.name.encode("ascii"), message.value)
@@ -187,6 +200,7 @@ _GENERATED: Mapping[type[Any], Callable[[Any], Any]] = {
     NamedValue: _named_value,
     TimeSync: _TargetedTimesync,
     ComputerStatus: _computer_status,
+    CanFilterModify: _can_filter_modify,
 }
 
 

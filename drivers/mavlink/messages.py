@@ -15,6 +15,8 @@ NAME_MAX = 10  # NAMED_VALUE_FLOAT.name
 SEVERITY_MAX = 7  # MAV_SEVERITY_DEBUG
 FLOAT32_MAX = 3.4028234663852886e38
 UINT32_MAX = 2**32 - 1
+FILTER_IDS_MAX = 16  # CAN_FILTER_MODIFY.ids
+CAN_BUSES_MAX = 9  # of an autopilot; ArduPilot's boards have up to three
 
 COMMAND_ARM_DISARM = 400  # MAV_CMD_COMPONENT_ARM_DISARM
 FORCE_ARM = 2989.0  # its param2: arm whatever the checks say
@@ -202,4 +204,50 @@ class ComputerStatus:
                 raise ValueError(f"{name} must lie in 0..{UINT32_MAX - 1}, got {pair}")
 
 
-OutgoingMessage = CompanionHeartbeat | StatusText | CommandLong | CommandAck | NamedValue | TimeSync | ComputerStatus
+class FilterOperation(IntEnum):
+    """CAN_FILTER_OP: what becomes of the ids that the autopilot has."""
+
+    REPLACE = 0
+    ADD = 1
+    REMOVE = 2
+
+
+@dataclass(frozen=True, slots=True)
+class CanFilterModify:
+    """CAN_FILTER_MODIFY: which frames the autopilot forwards of its CAN buses. It has one list for all of them.
+
+    Attributes:
+        bus: one of the autopilot's, from 1. Not 0: ArduPilot takes that for a bus before its first.
+        operation: what becomes of the ids that it has.
+        ids: at most 16, 16 bits each, see `drivers.mavlink.can_filter`; none, with REPLACE: all frames are forwarded.
+        target_system, target_component: the autopilot.
+
+    Raises:
+        ValueError: out of these bounds.
+    """
+
+    bus: int
+    operation: FilterOperation
+    ids: tuple[int, ...]
+    target_system: int
+    target_component: int = 1
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.bus <= CAN_BUSES_MAX:
+            raise ValueError(f"bus must lie in 1..{CAN_BUSES_MAX}, got {self.bus}")
+        if len(self.ids) > FILTER_IDS_MAX:
+            raise ValueError(f"ids must be at most {FILTER_IDS_MAX}, got {len(self.ids)}")
+        if not all(0 <= one <= 0xFFFF for one in self.ids):
+            raise ValueError(f"ids must lie in 0..65535, got {self.ids}")
+
+
+OutgoingMessage = (
+    CompanionHeartbeat
+    | StatusText
+    | CommandLong
+    | CommandAck
+    | NamedValue
+    | TimeSync
+    | ComputerStatus
+    | CanFilterModify
+)
