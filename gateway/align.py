@@ -31,7 +31,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter, deque
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from statistics import median
@@ -63,7 +63,7 @@ def is_time(time_s: float) -> bool:
 
 
 @dataclass(frozen=True, slots=True)
-class _Point:
+class Point:
     """A value at an instant."""
 
     time_s: float
@@ -75,8 +75,17 @@ class HeldCommand:
 
     def __init__(self, stale_s: float, keep_s: float) -> None:
         self.stale_s = stale_s
-        self._keep_s = keep_s
-        self._points: deque[_Point] = deque()
+        self.keep_s = keep_s
+        self._points: deque[Point] = deque()
+
+    @property
+    def points(self) -> Sequence[Point]:
+        """What is remembered, oldest first; no two neighbours are further apart than `stale_s`."""
+        return self._points
+
+    def replace(self, points: Iterable[Point]) -> None:
+        """Remembers these instead."""
+        self._points = deque(points)
 
     def append(self, time_s: float, value: float) -> float | None:
         """Takes the newest command; seconds since the one before, None and nothing changed where it is older."""
@@ -85,8 +94,8 @@ class HeldCommand:
             return None
         if interval_s > self.stale_s:
             self._points.clear()  # what was told in between is not known
-        self._points.append(_Point(time_s, value))
-        self.forget_before(time_s - self._keep_s)
+        self._points.append(Point(time_s, value))
+        self.forget_before(time_s - self.keep_s)
         return interval_s
 
     def mean(self, start_s: float, end_s: float) -> float | None:
@@ -142,20 +151,22 @@ class RateLearner:
         return min(median(self._commands_s), 1.0 / COMMAND_RATE_MIN_HZ) if self._commands_s else 0.0
 
 
-class _Held:
+class HeldTelemetry:
     """Telemetry that holds for `TELEMETRY_HOLD_S`."""
 
     def __init__(self) -> None:
-        self._point: _Point | None = None
+        self.newest: Point | None = None
 
     def take(self, time_s: float, value: float | None) -> None:
+        """Takes what was measured, if it was."""
         if value is not None and math.isfinite(value):
-            self._point = _Point(time_s, value)
+            self.newest = Point(time_s, value)
 
     def at(self, time_s: float) -> float | None:
-        if self._point is None or time_s - self._point.time_s > TELEMETRY_HOLD_S:
+        """What holds then."""
+        if self.newest is None or time_s - self.newest.time_s > TELEMETRY_HOLD_S:
             return None
-        return self._point.value
+        return self.newest.value
 
 
 class ThrusterAligner:
@@ -170,6 +181,8 @@ class ThrusterAligner:
     Attributes:
         rate_hz: the sample rate, None while it is learnt.
         drops: refused inputs by cause.
+        held, speed, voltage, current, last_index: the newest of what came, and the last grid point that was given
+            out, for `align_columns`.
 
     Raises:
         ValueError: a rate or time that is not positive and finite.
@@ -187,16 +200,21 @@ class ThrusterAligner:
                 raise ValueError(f"{name} = {value!r}: want a positive, finite number")
         self.rate_hz = sample_rate_hz
         self.drops: Counter[str] = Counter()
-        self._gap_s = gap_s
+        self.gap_s = gap_s
         # the longest look back: from the newest command to the start of the period before the older of two reports
-        self._command = HeldCommand(stale_s, keep_s=gap_s + stale_s + 1.0 / (sample_rate_hz or RATES_HZ[0]))
+        self.held = HeldCommand(stale_s, keep_s=gap_s + stale_s + 1.0 / (sample_rate_hz or RATES_HZ[0]))
         self._stale_s = stale_s
         self._usual = UsualInterval() if streamed else None
         self._learner = RateLearner()
-        self._speed: _Point | None = None
-        self._voltage = _Held()
-        self._current = _Held()
-        self._last_index: int | None = None
+        self.speed: Point | None = None
+        self.voltage = HeldTelemetry()
+        self.current = HeldTelemetry()
+        self.last_index: int | None = None
+
+    @property
+    def regular(self) -> bool:
+        """True where nothing is to be learnt from single readings."""
+        return self.rate_hz is not None and self._usual is None
 
     @property
     def slow(self) -> bool:
@@ -207,14 +225,14 @@ class ThrusterAligner:
         """Takes a command, -1.0 to 1.0, that holds from `time_s` on."""
         if not (is_time(time_s) and math.isfinite(fraction)):
             self.drops["command not finite"] += 1
-        elif (interval_s := self._command.append(time_s, fraction)) is None:
+        elif (interval_s := self.held.append(time_s, fraction)) is None:
             self.drops["command time ran backwards"] += 1
         elif interval_s > 0.0:
             if self.rate_hz is None:
                 self._learner.command(interval_s)
             if self._usual is not None:
                 self._usual.take(interval_s)
-                self._command.stale_s = min(self._stale_s, self._usual.stale_s)
+                self.held.stale_s = min(self._stale_s, self._usual.stale_s)
 
     def report(
         self,
@@ -230,39 +248,39 @@ class ThrusterAligner:
             return samples
         if speed_rpm is not None:
             samples = self._take_speed(time_s, speed_rpm)
-        self._voltage.take(time_s, voltage_v)
-        self._current.take(time_s, current_a)
+        self.voltage.take(time_s, voltage_v)
+        self.current.take(time_s, current_a)
         return samples
 
     def _take_speed(self, time_s: float, speed_rpm: float) -> list[ThrusterSample]:
         if not math.isfinite(speed_rpm):
             self.drops["report not finite"] += 1
             return []
-        before, now = self._speed, _Point(time_s, speed_rpm)
+        before, now = self.speed, Point(time_s, speed_rpm)
         if before is not None and time_s <= before.time_s:
             self.drops["report time ran backwards"] += 1
             return []
-        self._speed = now
-        if before is None or time_s - before.time_s > self._gap_s:
+        self.speed = now
+        if before is None or time_s - before.time_s > self.gap_s:
             return []
         if self.rate_hz is None:
             self.rate_hz = self._learner.report(time_s - before.time_s)
             return []
         return list(self._samples_between(before, now, self.rate_hz))
 
-    def _samples_between(self, before: _Point, now: _Point, rate_hz: float) -> Iterator[ThrusterSample]:
+    def _samples_between(self, before: Point, now: Point, rate_hz: float) -> Iterator[ThrusterSample]:
         first = math.floor(before.time_s * rate_hz) + 1
-        if self._last_index is not None:
-            first = max(first, self._last_index + 1)
+        if self.last_index is not None:
+            first = max(first, self.last_index + 1)
         for index in range(first, math.floor(now.time_s * rate_hz) + 1):
-            self._last_index = index
+            self.last_index = index
             time_s = index / rate_hz
-            command = self._command.mean((index - 1) / rate_hz, time_s)
-            self._command.forget_before(time_s)
+            command = self.held.mean((index - 1) / rate_hz, time_s)
+            self.held.forget_before(time_s)
             if command is not None:
                 yield self._sample(time_s, command, before, now)
 
-    def _sample(self, time_s: float, command: float, before: _Point, now: _Point) -> ThrusterSample:
+    def _sample(self, time_s: float, command: float, before: Point, now: Point) -> ThrusterSample:
         share = (time_s - before.time_s) / (now.time_s - before.time_s)
         speed_rpm = before.value + (now.value - before.value) * min(max(share, 0.0), 1.0)
-        return ThrusterSample(time_s, command, speed_rpm, self._voltage.at(time_s), self._current.at(time_s))
+        return ThrusterSample(time_s, command, speed_rpm, self.voltage.at(time_s), self.current.at(time_s))
