@@ -24,6 +24,7 @@ from drivers.readings import (
 from gateway.computer_status import ComputerWatch
 from gateway.config import Config
 from gateway.config_sections import MAVLINK
+from gateway.forwarded_bus import forwarded_buses
 from gateway.signing.link import link_signing
 from gateway.streams import streams
 from gateway.supervision.autopilots import kind_of
@@ -50,6 +51,7 @@ class Companion:
 
     Attributes:
         received: readings so far.
+        buses: of the autopilot, that it forwards.
 
     Raises:
         ValueError: the configuration has no `mavlink` table.
@@ -63,11 +65,13 @@ class Companion:
         self._link = MavlinkLink(MAVLINK, config.mavlink.endpoint, clock)
         self._signing = link_signing(config.mavlink, config.files.state, clock.now())
         self._gate = None if self._signing is None else self._signing.signing
+        self.buses = forwarded_buses(config, take)
         self._decoder = mavlink_decoder(
             config.mavlink,
             config.thruster,
             navigation=config.navigation is not None,
             gate=self._gate,
+            can_frames=self.buses[0].frames if self.buses else None,
         )
         self._requests = StreamRequests(partial(streams, config))
         self._computer = ComputerWatch(config.files.findings.parent)
@@ -80,10 +84,12 @@ class Companion:
         self._autopilot_clock: AutopilotClock | None = None
         self._clock = clock
         self._take = take
+        self._tell_state: Callable[[LinkState], None] | None = None
         self.received = 0
 
     async def run(self, on_state: Callable[[LinkState], None]) -> None:
         """Keeps the link alive until it is cancelled."""
+        self._tell_state = on_state
         try:
             await self._link.run(self._on_bytes, on_state)
         finally:
@@ -95,10 +101,12 @@ class Companion:
         if state.link == MAVLINK:
             self._up = state.up
             self._ask([state], state.time_s)
+            self._forward([state], state.time_s)
 
     def advance(self, time_s: float) -> None:
         """Repeats requests that are due, and tells and asks what is due every few seconds."""
         self._ask([], time_s)
+        self._forward([], time_s)
         if self._signing is not None:
             self._signing.advance(time_s)
         system = self._decoder.autopilot_system
@@ -110,6 +118,12 @@ class Companion:
         if time_s - self._computer_s >= COMPUTER_STATUS_S:
             self._computer_s = time_s
             self.send(self._computer.status(time_s))
+
+    def take_leave(self) -> None:
+        """Ends what it has asked for that would go on without it for others to wonder at: the forwarding of CAN."""
+        for bus in self.buses:
+            for message in bus.stop(self._clock.now()):
+                self.send(message)
 
     def send(self, message: OutgoingMessage) -> None:
         """Sends without waiting; where that cannot be, it is counted.
@@ -159,6 +173,7 @@ class Companion:
         if readings:
             self._take(MAVLINK, readings)
             self._ask(readings, time_s)
+        self._forward(readings, time_s)
 
     def _note(self, reading: Reading, known: int | None) -> None:
         """For log and summary."""
@@ -200,6 +215,17 @@ class Companion:
         if system not in self._refused_systems:
             self._refused_systems.add(system)
             log.warning("mavlink: a command of system %d was refused: %s", system, advice)
+
+    def _forward(self, readings: Sequence[Reading], time_s: float) -> None:
+        """The autopilot's buses: what came of them, and what to ask for."""
+        if self._tell_state is None:
+            return  # it does not run yet
+        for bus in self.buses:
+            for request in bus.update(readings, time_s):
+                self.send(request)
+            state = bus.state(time_s)
+            if state is not None:
+                self._tell_state(state)
 
     def _ask(self, readings: Sequence[Reading], time_s: float) -> None:
         for request in self._requests.update(readings, time_s, self._decoder.heard):

@@ -53,8 +53,14 @@ class CanBus(Section):
     """`[[can]]`: one CAN bus."""
 
     name: str = Field(pattern=r"^[A-Za-z0-9_-]{1,16}$", description='what the thrusters call this bus, e.g. "can0"')
-    interface: str = Field("socketcan", description='a python-can interface, e.g. "socketcan", "virtual", "slcan"')
-    channel: str = Field(min_length=1, description='the channel of that interface, e.g. "can0"')
+    interface: str = Field(
+        "socketcan",
+        description='a python-can interface, e.g. "socketcan", "slcan"; "mavlink": a bus that the autopilot forwards',
+    )
+    channel: str = Field(
+        min_length=1,
+        description='the channel of that interface, e.g. "can0"; "mavlink": "1" is the autopilot\'s CAN1',
+    )
     protocol: Literal["dronecan", "dbc"] = Field(description="what the frames mean")
     database: PathText | None = Field(None, description='protocol "dbc": the DBC file')
     bitrate: int | None = Field(
@@ -63,6 +69,11 @@ class CanBus(Section):
     load_max: float = Field(
         0.7, gt=0, le=1, description="of the bit rate; percent? 70 % is 0.7. A bus that carries more is told"
     )
+
+    @property
+    def forwarded(self) -> bool:
+        """Whether it is one of the autopilot's, read over MAVLink."""
+        return self.interface == MAVLINK
 
 
 class Mavlink(Section):

@@ -14,7 +14,7 @@ from typing import Any
 from can.interfaces import VALID_INTERFACES
 
 from drivers.mavlink.endpoint import parse_endpoint
-from gateway import failsafe_settings, navigation_settings, speed_settings
+from gateway import failsafe_settings, forwarded_can_settings, navigation_settings, speed_settings
 from gateway.config_sections import (
     MAVLINK,
     CanBus,
@@ -79,6 +79,7 @@ def inconsistencies(
     return [
         *_missing_thrusters(tables),
         *(problem for bus in can for problem in _bus_problems(bus)),
+        *forwarded_can_settings.contradictions(can, named),
         *_endpoint_problems(mavlink),
         *_twins("name", ((f"can[name={bus.name}].name", bus.name) for bus in can)),
         *_twins("number", ((path_of(one, "number"), one.number) for one in thruster)),
@@ -109,9 +110,10 @@ def _bus_problems(bus: CanBus) -> Iterator[Problem]:
     path = f"can[name={bus.name}]"
     if bus.name == MAVLINK:
         yield Problem(f"{path}.name", bus.name, f'"{MAVLINK}" is the link to the autopilot: want another name')
-    if bus.interface not in VALID_INTERFACES:
-        nearest = get_close_matches(bus.interface, VALID_INTERFACES, n=1, cutoff=0.5)
-        hint = f"did you mean {nearest[0]}?" if nearest else f"want one of {', '.join(sorted(VALID_INTERFACES))}"
+    interfaces = {*VALID_INTERFACES, MAVLINK}
+    if bus.interface not in interfaces:
+        nearest = get_close_matches(bus.interface, interfaces, n=1, cutoff=0.5)
+        hint = f"did you mean {nearest[0]}?" if nearest else f"want one of {', '.join(sorted(interfaces))}"
         yield Problem(f"{path}.interface", bus.interface, f"unknown to python-can, {hint}")
     if bus.protocol == "dbc" and bus.database is None:
         yield Problem(f"{path}.database", None, 'missing: protocol "dbc" needs the DBC file')

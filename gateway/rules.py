@@ -33,6 +33,8 @@ DOUBT_S = 3.0
 SILENCE_OVER_S = 3.0
 # MAVLink is lost after four to five of its heartbeats, which may be all that comes
 MAVLINK_SILENT_S = 5.0
+# of a bus that is sampled over MAVLink a frame may be lost, or a few seconds of them: that is no silence of the bus
+SAMPLED_SILENT_S = 5.0
 
 _CLEARS: Mapping[Clear, Event] = {Clear.RECOVERED: Event.GOOD, Clear.DISARMED: Event.DISARMED}
 
@@ -148,7 +150,15 @@ def _geometry(thrusters: Iterable[Thruster]) -> Geometry:
 def silence_watch(config: Config, signals: Iterable[Watched]) -> SilenceWatch:
     """The watch over all links of the configuration, and over what the channels need to hear."""
     silent_s = config.supervisor.silent_s
-    limits_s = {link: max(silent_s, MAVLINK_SILENT_S) if link == MAVLINK else silent_s for link in config.links()}
-    links = [Watched("link", f"link {link}", link, link, limit_s) for link, limit_s in limits_s.items()]
+    sampled = frozenset(bus.name for bus in config.can if bus.forwarded)
+    least_s = {MAVLINK: MAVLINK_SILENT_S, **dict.fromkeys(sampled, SAMPLED_SILENT_S)}
+    limits_s = {link: max(silent_s, least_s.get(link, 0.0)) for link in config.links()}
+    links = [
+        Watched("link", f"link {link}", link, link, limit_s, carrier=MAVLINK if link in sampled else None)
+        for link, limit_s in limits_s.items()
+    ]
     autopilot = [Watched("signal", AUTOPILOT, "Autopilot", MAVLINK, limits_s[MAVLINK])] if config.mavlink else []
-    return SilenceWatch(links, [*autopilot, *signals])
+    patient = [
+        replace(one, limit_s=max(one.limit_s, SAMPLED_SILENT_S)) if one.link in sampled else one for one in signals
+    ]
+    return SilenceWatch(links, [*autopilot, *patient])

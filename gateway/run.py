@@ -96,7 +96,7 @@ class _Session:
     ) -> None:
         self._config, self._clock, self._pipeline, self._service = config, clock, pipeline, service
         self._memory = Memory(config.files.state, config.files.young_s, clock.now)
-        self._buses = [CanSource(bus, config, clock, self._take) for bus in config.can]
+        self._buses = [CanSource(bus, config, clock, self._take) for bus in config.can if not bus.forwarded]
         self._companion = Companion(config, clock, self._take) if config.mavlink else None
         self._outlet = Outlet(
             findings,
@@ -136,6 +136,8 @@ class _Session:
             self._service.stopping()
             self._control.close()
             await self._judging.close(CLOSE_S)  # while there is a link to tell the autopilot what is still found
+            if self._companion is not None:
+                self._companion.take_leave()
             judging.cancel()
             await asyncio.wait([judging])
             self._finish()  # before the links are closed: an adapter may hang then
@@ -242,8 +244,9 @@ class _Session:
             self._store()
 
     def _summary(self) -> Summary:
-        drops = {bus.name: bus.drops() for bus in self._buses}
-        frames = Counter({bus.name: bus.received for bus in self._buses})
+        buses = [*self._buses, *(self._companion.buses if self._companion is not None else ())]
+        drops = {bus.name: bus.drops() for bus in buses}
+        frames = Counter({bus.name: bus.received for bus in buses})
         remarks = self._pipeline.remarks()
         if self._companion is not None:
             drops[MAVLINK], frames[MAVLINK] = self._companion.drops(), self._companion.received

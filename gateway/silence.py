@@ -1,7 +1,8 @@
 """Watches that links are alive, and that what the detectors need of them keeps coming. Judged on ticks only.
 
-Where a whole link is silent, that is said, and not that each of its signals is; where an ESC is, not that its RPM is,
-too. Commands are not missed while the vehicle is disarmed: some autopilots do not send any then.
+Where a whole link is silent, that is said, and not that each of its signals is, nor that a bus is which is read over
+it; where an ESC is, not that its RPM is, too. Commands are not missed while the vehicle is disarmed: some autopilots
+do not send any then.
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ class Watched:
         limit_s: silence that counts.
         armed_only: not missed while the vehicle is disarmed.
         part_of: subject of the signal that this is a part of: while all of that is silent, only that is said.
+        carrier: of a link, the link that it is read over: while that is silent or down, only that is said.
     """
 
     detector: str
@@ -43,6 +45,7 @@ class Watched:
     limit_s: float
     armed_only: bool = False
     part_of: str | None = None
+    carrier: str | None = None
 
 
 class _Ear:
@@ -154,9 +157,17 @@ class SilenceWatch:
             self._started = True
             self.wake(time_s)
         for link, ear in self._links.items():
+            if self._lacks_carrier(ear.watched, time_s):
+                ear.start(time_s)
+                self._give_signals_time(link, time_s)
+                continue
             yield from _some(ear.observation(time_s, self._trouble(link)))
             if self._is_up(link):
                 yield from self._judge_signals(link, time_s, disarmed)
+
+    def _lacks_carrier(self, link: Watched, time_s: float) -> bool:
+        carrier = link.carrier
+        return carrier is not None and not (self._is_up(carrier) and self._alive(carrier, link.limit_s, time_s))
 
     def _judge_signals(self, link: str, time_s: float, disarmed: bool) -> Iterator[Observation]:
         for signal in self._signals_of(link):

@@ -9,6 +9,7 @@ from drivers.can.decoder import CanDecoder
 from drivers.can.dronecan import DroneCanDecoder, DroneCanThruster
 from drivers.command import CommandScale
 from drivers.mavlink.decoder import MavlinkDecoder, MavlinkThruster
+from drivers.mavlink.forwarded_frames import ForwardedFrames
 from drivers.mavlink.frames import Gate
 from gateway.config_sections import MAVLINK, CanBus, CommandSource, Mavlink, Thruster
 
@@ -49,11 +50,17 @@ def can_decoder(bus: CanBus, thrusters: Sequence[Thruster]) -> CanDecoder:
 
 
 def mavlink_decoder(
-    mavlink: Mavlink, thrusters: Sequence[Thruster], navigation: bool = False, gate: Gate | None = None
+    mavlink: Mavlink,
+    thrusters: Sequence[Thruster],
+    navigation: bool = False,
+    gate: Gate | None = None,
+    can_frames: ForwardedFrames | None = None,
 ) -> MavlinkDecoder:
-    """The decoder of the autopilot's link, for the thrusters that are wired to it, and for navigation sensors."""
+    """The decoder of the autopilot's link, for the thrusters that are wired to it, navigation sensors, and CAN."""
     wired = [_mavlink(one) for one in thrusters if _uses(one, MAVLINK)]
-    return MavlinkDecoder(wired, mavlink.component_id, mavlink.system_id, navigation, gate, mavlink.operators)
+    return MavlinkDecoder(
+        wired, mavlink.component_id, mavlink.system_id, navigation, gate, mavlink.operators, can_frames
+    )
 
 
 def refused_signals(bus: CanBus, thrusters: Sequence[Thruster]) -> Iterator[tuple[str, object, str]]:
