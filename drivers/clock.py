@@ -4,6 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray: TypeAlias = NDArray[np.float64]
 
 # A frame waits in a socket buffer for milliseconds, for seconds if the process was stopped or starved; those that
 # waited must keep their order. Older than this, the wall clock was set meanwhile, and the age says nothing.
@@ -45,7 +51,26 @@ class Clock:
         now_s, wall_s = self.now(), self._wall()
         if not 0.0 <= wall_s - unix_s <= MAX_AGE_S:  # also false for NaN
             return now_s
+        self._hold_offset(now_s, wall_s)
+        return min(now_s, unix_s + self._wall_offset_s)
+
+    def stamps(self, unix_s: FloatArray) -> FloatArray:
+        """Bring many stamps onto this clock at once, as `stamp` does with each.
+
+        Args:
+            unix_s: (N,) wall-clock seconds since 1970; NaN where there is no stamp.
+
+        Returns:
+            (N,) instants on this clock, none in the future.
+        """
+        now_s, wall_s = self.now(), self._wall()
+        age_s = wall_s - unix_s
+        recent = (age_s >= 0.0) & (age_s <= MAX_AGE_S)  # False for NaN
+        if recent.any():
+            self._hold_offset(now_s, wall_s)
+        return np.where(recent, np.minimum(now_s, unix_s + self._wall_offset_s), now_s)
+
+    def _hold_offset(self, now_s: float, wall_s: float) -> None:
         offset_s, pause_s = now_s - wall_s, self.now() - now_s
         if pause_s <= OFFSET_TOLERANCE_S < abs(offset_s - self._wall_offset_s):  # not if we were paused in between
             self._wall_offset_s = offset_s
-        return min(now_s, unix_s + self._wall_offset_s)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from drivers.can.bus import CanLink
-from drivers.can.frame import CanFrame
+from drivers.can.frame_block import FrameBlock
 from drivers.can.load import BitRates, BusLoadMeter
 from drivers.can.network_interface import bit_rates, traffic
 from drivers.clock import Clock
@@ -70,10 +70,10 @@ class CanSource:
         trouble = {name: n for name, n in self._link.counters.items() if name not in ("frames", "connections")}
         return self._decoder.drops + Counter(trouble)
 
-    def _on_frames(self, frames: list[CanFrame]) -> None:
+    def _on_frames(self, frames: FrameBlock) -> None:
         if self._meter is not None:
             self._meter.read(frames)
-        readings = [reading for frame in frames for reading in self._decoder.decode(frame)]
+        readings = [reading for frame in frames.frames() for reading in self._decoder.decode(frame)]
         if readings:
             self._take(self.name, readings)
 

@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 
 from drivers.can.error_frame import BusCondition, condition
 from drivers.can.frame import CanFilter, CanFrame
+from drivers.can.frame_block import ERROR, FrameBlock
 from drivers.can.hanging import in_thread
 from drivers.can.interface import PortOpener, port_opener
 from drivers.can.port import CanPort, CanPortError
@@ -23,24 +24,27 @@ CLOSE_S = 0.5
 
 # What a condition means for the link: (up, detail). Other conditions are counted only.
 _STATES = {
-    BusCondition.BUS_OFF: (False, "bus-off; it restarts by itself only if the interface has a restart-ms"),
+    BusCondition.BUS_OFF: (False, "bus-off (it needs a restart-ms)"),
     BusCondition.RESTARTED: (True, ""),
     BusCondition.ACTIVE: (True, ""),
     BusCondition.PASSIVE: (True, BusCondition.PASSIVE.value),
     BusCondition.WARNING: (True, BusCondition.WARNING.value),
 }
 
-OnFrames = Callable[[list[CanFrame]], None]
+OnFrames = Callable[[FrameBlock], None]
 OnState = Callable[[LinkState], None]
 
 
 class CanLink:
     """One CAN bus, read until it is cancelled.
 
-    It only listens: nothing is ever put on the bus but by `send`. An interface that is missing, down, deleted or
-    unplugged is tried again after 0.1 s, 0.2 s, ... 2 s. A controller that went bus-off is brought back by the kernel
-    where the interface has a `restart-ms`, and is reported as down until then. An adapter that hangs while it is
-    opened or closed keeps nobody else waiting: that is done in a thread.
+    It only listens: nothing is ever put on the bus but by `send`, and that takes only what `may_send` names.
+
+    An interface that is missing, down, deleted or unplugged is tried again after 0.1 s, 0.2 s, ... 2 s. A controller
+    that went bus-off is brought back by the kernel where the interface has a `restart-ms`, and is reported as down
+    until then. It is not restarted from here: who only listens does not go bus-off, so it was another program that
+    sends on this interface, and to try again and again would hide a fault in the wiring. An adapter that hangs while
+    it is opened or closed keeps nobody else waiting: that is done in a thread.
 
     Args:
         name: of the link in the configuration.
@@ -48,6 +52,7 @@ class CanLink:
         channel: its channel, such as "can0".
         filters: frames that are wanted, for the kernel to discard the rest; none: all frames.
         clock: stamps frames and states.
+        may_send: frames that `send` takes; none: it takes nothing.
         open_port: how the bus is opened; None: by python-can.
         options: passed on to python-can, such as `fd=True`.
 
@@ -68,12 +73,14 @@ class CanLink:
         filters: Sequence[CanFilter],
         clock: Clock,
         *,
+        may_send: Sequence[CanFilter] = (),
         open_port: PortOpener | None = None,
         **options: Any,
     ) -> None:
         self.name = name
         self.counters: Counter[str] = Counter()
         self._filters = tuple(filters)
+        self._may_send = tuple(may_send)
         self._clock = clock
         self._open_port = open_port or port_opener(interface, channel, **options)
         self._port: CanPort | None = None
@@ -83,7 +90,7 @@ class CanLink:
         """Read for ever; both callbacks are called in the event loop's thread.
 
         Args:
-            on_frames: gets every batch of data frames, in the order of the bus.
+            on_frames: gets every block of data frames, in the order of the bus.
             on_state: gets the state whenever it changes, and once after the first attempt to open the bus.
         """
         back_off_s = BACK_OFF_FIRST_S
@@ -101,7 +108,13 @@ class CanLink:
             back_off_s = min(2.0 * back_off_s, BACK_OFF_MAX_S)
 
     def send(self, frame: CanFrame) -> bool:
-        """Put a frame on the bus; False, and counted, if the bus is not there or does not take it."""
+        """Put a frame on the bus; False, and counted, if the bus is not there or does not take it.
+
+        Raises:
+            ValueError: it is none of the frames that this link may send.
+        """
+        if not any(allowed.matches(frame) for allowed in self._may_send):
+            raise ValueError(f"identifier {frame.identifier:#x} may not be sent on {self.name}: {self._allowed()}")
         try:
             if self._port is None:
                 raise CanPortError("not connected")
@@ -117,26 +130,42 @@ class CanLink:
         self.counters["connections"] += 1
         self._report(on_state, True, "")
         while True:
-            frames = await port.receive()
-            data_frames = [frame for frame in frames if self._is_data(frame, on_state)]
-            if data_frames:
-                self.counters["frames"] += len(data_frames)
-                on_frames(data_frames)
+            frames = self._data_frames(await port.receive(), on_state)
+            if len(frames):
+                self.counters["frames"] += len(frames)
+                on_frames(frames)
 
     def _open(self) -> CanPort:
         return self._open_port(self._filters, self._clock, self.counters)
 
-    def _is_data(self, frame: CanFrame, on_state: OnState) -> bool:
-        """True for a data frame; what an error frame says is counted and reported."""
+    def _data_frames(self, frames: FrameBlock, on_state: OnState) -> FrameBlock:
+        """The block without its error frames; what they say is counted and reported."""
+        errors = frames.kind & ERROR != 0
+        if errors.any():
+            for frame in frames.frames():
+                self._look_at(frame, on_state)
+            return frames.part(~errors)
+        self._alive(on_state)
+        return frames
+
+    def _look_at(self, frame: CanFrame, on_state: OnState) -> None:
         if not frame.error:
-            if self._state is not None and not self._state[0]:
-                self._report(on_state, True, "")  # some drivers restart after bus-off without a word
-            return True
+            self._alive(on_state)
+            return
         said = condition(frame)
         self.counters[said.value] += 1
         if said in _STATES:
             self._report(on_state, *_STATES[said])
-        return False
+
+    def _alive(self, on_state: OnState) -> None:
+        """Data frames come: some drivers restart after bus-off without a word."""
+        if self._state is not None and not self._state[0]:
+            self._report(on_state, True, "")
+
+    def _allowed(self) -> str:
+        if not self._may_send:
+            return "it only listens"
+        return "want " + ", ".join(f"{one.identifier:#x} under mask {one.mask:#x}" for one in self._may_send)
 
     def _report(self, on_state: OnState, up: bool, detail: str) -> None:
         if self._state != (up, detail):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import socket
 from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -11,21 +10,24 @@ import can
 
 from drivers.can.frame import CanFilter
 from drivers.can.port import CanPort, PollingPort, port_errors
-from drivers.can.socketcan import SocketCanPort
+from drivers.can.socketcan import SocketCanPort, open_socket
 from drivers.clock import Clock
+
+SOCKETCAN = "socketcan"
 
 PortOpener = Callable[[Sequence[CanFilter], Clock, Counter[str]], CanPort]
 
 
 def port_opener(interface: str, channel: str, **options: Any) -> PortOpener:
-    """How to open a bus of python-can, as often as needed. The opener raises CanPortError where it does not open.
+    """How to open a bus, as often as needed. The opener raises CanPortError where it does not open.
 
-    Nothing is read from python-can's own configuration files or environment variables.
+    SocketCAN is opened here, all else by python-can; nothing is read from python-can's own configuration files or
+    environment variables.
 
     Args:
         interface: python-can's name: "socketcan", "virtual", ...
         channel: its channel, such as "can0".
-        options: passed on to python-can, such as `fd=True`.
+        options: passed on to python-can, such as `fd=True`; SocketCAN has none: its interface is set up by `ip link`.
 
     Raises:
         ValueError: python-can has no such interface.
@@ -34,13 +36,12 @@ def port_opener(interface: str, channel: str, **options: Any) -> PortOpener:
         raise ValueError(f"interface must be one of {', '.join(sorted(can.VALID_INTERFACES))}, got {interface!r}")
 
     def open_port(filters: Sequence[CanFilter], clock: Clock, counters: Counter[str]) -> CanPort:
-        wanted = [_python_can_filter(wanted) for wanted in filters]
         with port_errors():
-            if interface == "socketcan":
-                # Else python-can would log an error of its own at every attempt while the interface is missing.
-                socket.if_nametoindex(channel)
+            if interface == SOCKETCAN:
+                return SocketCanPort(open_socket(channel, filters), clock, counters)
+            wanted = [_python_can_filter(wanted) for wanted in filters]
             bus = can.Bus(channel, interface, ignore_config=True, can_filters=wanted or None, **options)
-        return SocketCanPort(bus, clock, counters) if interface == "socketcan" else PollingPort(bus, clock, counters)
+        return PollingPort(bus, clock, counters)
 
     return open_port
 

@@ -8,10 +8,13 @@ the share is right to some 8 % of itself.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from drivers.can.frame import CanFrame
+from drivers.can.frame_block import EXTENDED, FD, FrameBlock
 
 STUFFED = 0.1
 # Bits that may have stuff bits among them, without data; and those that never have, with the pause after a frame.
@@ -74,6 +77,22 @@ def byte_s(frame: CanFrame, rates: BitRates) -> float:
     return 8.0 * (1.0 + STUFFED) / rate
 
 
+# What makes a difference to the time that a frame takes: one of each, in the order of `_sorts`
+_SORTS = tuple(
+    CanFrame(0.0, 0, bytes(data_bytes), extended=extended, fd=fd)
+    for data_bytes, fd in ((0, False), (0, True), (FD_SHORT_DATA_BYTES + 4, True))
+    for extended in (False, True)
+)
+
+
+def _sorts(frames: FrameBlock) -> NDArray[np.intp]:
+    """(N,) of which sort of `_SORTS` each frame is."""
+    fd = frames.kind & FD != 0
+    long = fd & (frames.length > FD_SHORT_DATA_BYTES)
+    sorts: NDArray[np.intp] = (frames.kind & EXTENDED != 0) + 2 * (fd + long.astype(np.intp))
+    return sorts
+
+
 class BusLoadMeter:
     """Share of the time in which a bus carries frames.
 
@@ -85,7 +104,8 @@ class BusLoadMeter:
     """
 
     def __init__(self, rates: BitRates) -> None:
-        self._rates = rates
+        self._overheads_s = np.array([overhead_s(frame, rates) for frame in _SORTS])
+        self._bytes_s = np.array([byte_s(frame, rates) for frame in _SORTS])
         self._read = Traffic(0, 0)
         self._overhead_s = self._data_s = 0.0
         self._before: tuple[float, Traffic, Traffic] | None = None
@@ -93,12 +113,14 @@ class BusLoadMeter:
         usual = CanFrame(0.0, 0, b"")
         self._mean_overhead_s, self._mean_byte_s = overhead_s(usual, rates), byte_s(usual, rates)
 
-    def read(self, frames: Sequence[CanFrame]) -> None:
+    def read(self, frames: FrameBlock) -> None:
         """Takes frames that were read from the bus."""
-        data_bytes = sum(len(frame.data) for frame in frames)
-        self._read = Traffic(self._read.frames + len(frames), self._read.data_bytes + data_bytes)
-        self._overhead_s += sum(overhead_s(frame, self._rates) for frame in frames)
-        self._data_s += sum(len(frame.data) * byte_s(frame, self._rates) for frame in frames)
+        sorts = _sorts(frames)
+        counts = np.bincount(sorts, minlength=len(_SORTS))
+        data_bytes = np.bincount(sorts, weights=frames.length, minlength=len(_SORTS))
+        self._read = Traffic(self._read.frames + len(frames), self._read.data_bytes + int(data_bytes.sum()))
+        self._overhead_s += float(counts @ self._overheads_s)
+        self._data_s += float(data_bytes @ self._bytes_s)
 
     def share(self, time_s: float, counted: Traffic | None = None) -> float | None:
         """Share of the time since the last call; None at the first, and where the interface counts anew.

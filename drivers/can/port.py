@@ -12,6 +12,7 @@ from typing import Protocol
 import can
 
 from drivers.can.frame import CanFrame
+from drivers.can.frame_block import FrameBlock
 from drivers.clock import Clock
 
 # Waiting this long after the first frame costs no accuracy, for frames are stamped when they arrive, and saves most
@@ -34,7 +35,7 @@ class CanPortError(Exception):
 class CanPort(Protocol):
     """An interface that is open: the small contract that the link's reconnecting is built on."""
 
-    async def receive(self) -> list[CanFrame]:
+    async def receive(self) -> FrameBlock:
         """The next frames, at least one, error frames among them; CanPortError if the interface failed."""
         ...
 
@@ -57,19 +58,6 @@ def port_errors() -> Iterator[None]:
         raise CanPortError(_REASONS.get(code or 0) or getattr(error, "strerror", None) or str(error)) from error
 
 
-def send(bus: can.BusABC, frame: CanFrame) -> None:
-    """Hand a frame to a bus of python-can; CanPortError if it does not take it."""
-    message = can.Message(
-        arbitration_id=frame.identifier,
-        is_extended_id=frame.extended,
-        is_fd=frame.fd,
-        is_error_frame=frame.error,
-        data=frame.data,
-    )
-    with port_errors():
-        bus.send(message)
-
-
 class PollingPort:
     """Any bus of python-can, asked for frames every few milliseconds: there is no thread that could die.
 
@@ -84,11 +72,11 @@ class PollingPort:
         self._clock = clock
         self._counters = counters
 
-    async def receive(self) -> list[CanFrame]:
+    async def receive(self) -> FrameBlock:
         """See CanPort."""
         while not (frames := self._drain()):  # noqa: ASYNC110  python-can has nothing to wait on
             await asyncio.sleep(GATHER_S)
-        return frames
+        return FrameBlock.of(frames)
 
     def _drain(self) -> list[CanFrame]:
         frames: list[CanFrame] = []
@@ -118,7 +106,15 @@ class PollingPort:
 
     def send(self, frame: CanFrame) -> None:
         """See CanPort."""
-        send(self._bus, frame)
+        message = can.Message(
+            arbitration_id=frame.identifier,
+            is_extended_id=frame.extended,
+            is_fd=frame.fd,
+            is_error_frame=frame.error,
+            data=frame.data,
+        )
+        with port_errors():
+            self._bus.send(message)
 
     def close(self) -> None:
         """See CanPort."""

@@ -3,7 +3,10 @@
 import math
 from dataclasses import dataclass
 
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from drivers.clock import MAX_AGE_S, Clock
 
@@ -56,6 +59,19 @@ def test_stamps_keep_the_order_of_the_kernel_when_the_reader_is_interrupted():
     time.wall_s += 0.0015  # interrupted after one clock was read: the other looks 1.5 ms fast
     second = clock.stamp(received[1])
     assert second - first == pytest.approx(0.0001, abs=1e-6)
+
+
+@given(
+    st.lists(st.floats(-100.0, 100.0) | st.just(math.nan), max_size=5),
+    st.sampled_from([0.0, 0.001, 0.5, -3600.0]),
+)
+def test_many_stamps_are_as_each_alone(ages_s, step_s):
+    time = Time()
+    one_by_one, at_once = time.clock(), time.clock()
+    time.wall_s += step_s
+    unix_s = [time.wall_s - age_s for age_s in ages_s]
+    assert at_once.stamps(np.array(unix_s)).tolist() == [one_by_one.stamp(stamp_s) for stamp_s in unix_s]
+    assert at_once.stamp(time.wall_s) == one_by_one.stamp(time.wall_s)  # both know of the step
 
 
 def test_a_stamp_is_never_in_the_future():

@@ -13,7 +13,7 @@ class Heard:
     states: list = field(default_factory=list)
 
     def on_frames(self, frames):
-        self.frames += frames
+        self.frames += frames.frames()
 
     def on_state(self, state):
         self.states.append((state.up, state.detail))

@@ -9,6 +9,7 @@ import pytest
 import drivers.can.bus as bus_module
 from drivers.can.bus import CanLink
 from drivers.can.frame import CanFilter, CanFrame
+from drivers.can.frame_block import FrameBlock
 from drivers.can.port import CanPortError
 from drivers.can.tests.link_listener import running, until
 from drivers.clock import Clock
@@ -17,6 +18,7 @@ BUS_OFF = CanFrame(0.0, 0x40, bytes(8), extended=False, error=True)
 RESTARTED = CanFrame(0.0, 0x100, bytes(8), extended=False, error=True)
 PASSIVE = CanFrame(0.0, 0x4, b"\0\x10\0\0\0\0\0\0", extended=False, error=True)
 DATA = CanFrame(0.0, 5, b"\x01")
+THIS_ONE = CanFilter(5, 0x1FFF_FFFF, extended=True)
 
 
 @dataclass
@@ -33,7 +35,7 @@ class FakePort:
         item = await self.incoming.get()
         if isinstance(item, str):
             raise CanPortError(item)
-        return item
+        return FrameBlock.of(item)
 
     def send(self, frame):
         if not self.takes:
@@ -72,7 +74,7 @@ def interface():
 
 @pytest.fixture
 def link(interface, quick):
-    return CanLink("can a", "virtual", "x", [], Clock(), open_port=interface.open)
+    return CanLink("can a", "virtual", "x", [], Clock(), may_send=[THIS_ONE], open_port=interface.open)
 
 
 # The link's own logic
@@ -163,6 +165,33 @@ async def test_send_goes_to_the_bus_that_is_there(link, interface):
     assert link.counters["send failed"] == 3
 
 
+@pytest.mark.parametrize(
+    ("may_send", "frame", "why"),
+    [
+        ([], DATA, "0x5 may not be sent on can a: it only listens"),
+        ([THIS_ONE], CanFrame(0.0, 6, b""), "0x6 may not be sent on can a: want 0x5 under mask 0x1fffffff"),
+        ([THIS_ONE], CanFrame(0.0, 5, b"", extended=False), "0x5 may not be sent"),
+        ([THIS_ONE], CanFrame(0.0, 5, bytes(8), error=True), "0x5 may not be sent"),
+    ],
+)
+async def test_only_what_it_may_send_is_sent(interface, quick, may_send, frame, why):
+    link = CanLink("can a", "virtual", "x", [], Clock(), may_send=may_send, open_port=interface.open)
+    async with running(link):
+        await until(lambda: interface.ports)
+        with pytest.raises(ValueError, match=why):
+            link.send(frame)
+    assert interface.ports[0].sent == []
+
+
+async def test_error_frames_among_data_frames_take_their_turn(link, interface):
+    async with running(link) as heard:
+        await until(lambda: interface.ports)
+        interface.ports[0].incoming.put_nowait([DATA, BUS_OFF, PASSIVE, BUS_OFF, DATA, DATA])
+        await until(lambda: len(heard.frames) == 3)
+    assert [up for up, _ in heard.states] == [True, False, True, False, True]
+    assert link.counters == {"connections": 1, "frames": 3, "bus-off": 2, "error passive": 1}
+
+
 async def test_a_callback_that_fails_is_not_taken_for_a_bus_that_fails(link, interface):
     def full_disk(frames):
         raise OSError("no space left on device")
@@ -201,7 +230,8 @@ async def test_a_virtual_bus_delivers_what_is_wanted_with_the_time_of_its_arriva
 
 
 async def test_what_is_sent_arrives_and_is_not_heard_back(peer):
-    link = CanLink("v", "virtual", "test_bus", [], Clock())
+    wanted = CanFilter(0x1234567, 0x1FFF_FFFF, extended=True)
+    link = CanLink("v", "virtual", "test_bus", [], Clock(), may_send=[wanted])
     async with running(link) as heard:
         await until(lambda: heard.states)
         assert link.send(CanFrame(0.0, 0x1234567, b"12345678"))
@@ -251,7 +281,7 @@ async def test_the_configuration_of_python_can_is_not_read(monkeypatch, tmp_path
     monkeypatch.setenv("CAN_CONFIG", '{"receive_own_messages": true}')
     monkeypatch.chdir(tmp_path)
     (tmp_path / "can.ini").write_text("[default]\ninterface = socketcan\nchannel = nowhere\n")
-    link = CanLink("v", "virtual", "test_bus", [], Clock())
+    link = CanLink("v", "virtual", "test_bus", [], Clock(), may_send=[THIS_ONE])
     async with running(link) as heard:
         await until(lambda: heard.states)
         assert link.send(DATA)

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.can.frame import CanFrame
+from drivers.can.frame_block import FrameBlock
 from drivers.can.load import BitRates, BusLoadMeter, Traffic, byte_s, overhead_s
 from drivers.can.network_interface import bit_rates, parse_bit_rates, traffic
 
@@ -50,8 +51,8 @@ def test_data_of_an_fd_frame_go_at_their_own_rate(data_bytes, extended):
 def test_what_was_read_is_all_that_is_known_without_an_interface():
     meter, frames = BusLoadMeter(MBIT), [CanFrame(0.0, 1, bytes(n % 9), extended=bool(n % 2)) for n in range(900)]
     assert meter.share(10.0) is None
-    meter.read(frames[:400])
-    meter.read(frames[400:])
+    meter.read(FrameBlock.of(frames[:400]))
+    meter.read(FrameBlock.of(frames[400:]))
     assert meter.share(10.5) == pytest.approx(sum(map(frame_s, frames)) / 0.5)
     assert meter.share(11.0) == 0.0
 
@@ -59,7 +60,7 @@ def test_what_was_read_is_all_that_is_known_without_an_interface():
 def test_what_is_not_read_is_counted_by_the_interface_and_taken_for_the_same_kind():
     meter, frame = BusLoadMeter(MBIT), CanFrame(0.0, 1, bytes(4), extended=False)
     meter.share(10.0, Traffic(1000, 8000))
-    meter.read([frame] * 10)
+    meter.read(FrameBlock.of([frame] * 10))
     assert meter.share(11.0, Traffic(3000, 16_000)) == pytest.approx(2000 * frame_s(frame))
 
 

@@ -95,7 +95,8 @@ async def test_dronecan_over_the_bus(vcan0, peer):
 
 
 async def test_what_is_sent_arrives(vcan0, peer):
-    link = CanLink("can", "socketcan", vcan0, [CanFilter(MARK, 0x1FFF_FFFF, True)], Clock())
+    marked = [CanFilter(MARK, 0x1FFF_FFFF, True)]
+    link = CanLink("can", "socketcan", vcan0, marked, Clock(), may_send=marked)
     async with running(link) as heard:
         await until(lambda: heard.states, WAIT_S)
         assert link.send(CanFrame(0.0, MARK, b"12345678"))
@@ -138,7 +139,8 @@ def _send_to(channel, data):
 
 
 async def test_an_interface_that_goes_down_comes_back(own_vcan):
-    link = CanLink("can", "socketcan", own_vcan, [], Clock())
+    marked = CanFilter(MARK, 0x1FFF_FFFF, True)
+    link = CanLink("can", "socketcan", own_vcan, [], Clock(), may_send=[marked])
     async with running(link) as heard:
         await until(lambda: heard.states, WAIT_S)
         for attempt in range(3):
