@@ -10,6 +10,7 @@ import errno
 import os
 import socket
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +45,7 @@ class _Message(ctypes.Structure):
     _fields_ = (("header", _Header), ("size", ctypes.c_uint))
 
 
-_MESSAGE: np.dtype[np.void] = np.dtype(_Message)
+_MESSAGE: np.dtype[Any] = np.dtype(_Message)
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +96,7 @@ class DatagramReader:
             message.header.buffers = ctypes.addressof(buffer)
             message.header.buffer_count = 1
             message.header.control = self._control[row:].ctypes.data
-        table: NDArray[np.void] = np.frombuffer(memoryview(self._messages).cast("B"), dtype=_MESSAGE)
+        table: NDArray[Any] = np.frombuffer(memoryview(self._messages).cast("B"), dtype=_MESSAGE)
         self._sizes, self._control_sizes = table["size"], table["header"]["control_size"]
 
     def read(self) -> Datagrams:
