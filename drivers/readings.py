@@ -302,6 +302,23 @@ class BusLoad:
 
 
 @dataclass(frozen=True, slots=True)
+class FrameLoss:
+    """Frames of a CAN bus that were lost on their way to this program: said each second from the first loss on.
+
+    Attributes:
+        time_s: end of the second.
+        link: the bus's name in the configuration.
+        frames: found no room in the socket's buffer, because this program was too slow.
+        overruns: how often the controller's own buffer ran over: the driver was too slow, by how many nobody says.
+    """
+
+    time_s: float
+    link: str
+    frames: int
+    overruns: int
+
+
+@dataclass(frozen=True, slots=True)
 class Lateness:
     """How late this program is with its own work.
 
@@ -335,5 +352,6 @@ Reading = (
     | WaterPressure
     | LinkState
     | BusLoad
+    | FrameLoss
     | Lateness
 )

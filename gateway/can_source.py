@@ -8,19 +8,22 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from drivers.can.bus import CanLink
+from drivers.can.error_frame import BusCondition
 from drivers.can.frame_block import FrameBlock
+from drivers.can.interface import SOCKETCAN, PortOpener
 from drivers.can.load import BitRates, BusLoadMeter
 from drivers.can.network_interface import bit_rates, traffic
+from drivers.can.packets import OVERFLOW
 from drivers.clock import Clock
-from drivers.readings import BusLoad, LinkState, Reading
+from drivers.readings import BusLoad, FrameLoss, LinkState, Reading
 from gateway.config import Config
 from gateway.config_sections import CanBus
 from gateway.wiring import can_decoder
 
 Take = Callable[[str, Sequence[Reading]], None]
+PortOf = Callable[[CanBus], PortOpener]
 
 LOAD_PERIOD_S = 1.0
-SOCKETCAN = "socketcan"
 
 
 class CanSource:
@@ -31,14 +34,19 @@ class CanSource:
         config: the rest of it.
         clock: stamps what is received.
         take: gets the readings.
+        open_port: opens the bus; None: as it is configured.
     """
 
-    def __init__(self, bus: CanBus, config: Config, clock: Clock, take: Take) -> None:
+    def __init__(
+        self, bus: CanBus, config: Config, clock: Clock, take: Take, open_port: PortOpener | None = None
+    ) -> None:
         self._bus, self._clock, self._take = bus, clock, take
         self._decoder = can_decoder(bus, config.thruster)
         options: dict[str, Any] = {} if bus.bitrate is None else {"bitrate": bus.bitrate}
-        self._link = CanLink(bus.name, bus.interface, bus.channel, self._decoder.filters(), clock, **options)
+        filters = self._decoder.filters()
+        self._link = CanLink(bus.name, bus.interface, bus.channel, filters, clock, open_port=open_port, **options)
         self._meter: BusLoadMeter | None = None
+        self._losses = (0, 0)
 
     @property
     def name(self) -> str:
@@ -55,7 +63,10 @@ class CanSource:
         await self._link.run(self._on_frames, on_state)
 
     async def watch_load(self) -> None:
-        """Says once a second how busy the bus is, where its bit rate is known, until it is cancelled."""
+        """Says once a second how busy the bus is, where its bit rate is known, and what was lost of it.
+
+        Until it is cancelled.
+        """
         connections = 0
         while True:
             await asyncio.sleep(LOAD_PERIOD_S)
@@ -64,6 +75,7 @@ class CanSource:
                 rates = await rates_of(self._bus)
                 self._meter = None if rates is None else BusLoadMeter(rates)
             self._measure()
+            self._tell_losses()
 
     def drops(self) -> Counter[str]:
         """What was thrown away, and what was wrong with the bus, by cause."""
@@ -85,6 +97,13 @@ class CanSource:
         share = self._meter.share(time_s, counted)
         if share is not None:
             self._take(self.name, [BusLoad(time_s, self.name, share)])
+
+    def _tell_losses(self) -> None:
+        before = self._losses
+        self._losses = self._link.counters[OVERFLOW], self._link.counters[BusCondition.OVERFLOW.value]
+        if any(self._losses):
+            frames, overruns = (now - earlier for now, earlier in zip(self._losses, before, strict=True))
+            self._take(self.name, [FrameLoss(self._clock.now(), self.name, frames, overruns)])
 
 
 async def rates_of(bus: CanBus) -> BitRates | None:

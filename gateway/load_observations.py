@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
+
 from detectors.verdict import Level
-from drivers.readings import BusLoad, Lateness
+from drivers.readings import BusLoad, FrameLoss, Lateness
 from gateway.observation import Observation
 
 # who says so, for the supervisor's policies
@@ -29,6 +31,21 @@ def bus_load_observation(reading: BusLoad, share_max: float) -> Observation:
         score=reading.share / share_max,
         trouble=f"{reading.share:.0%}, limit {share_max:.0%}",
         details=() if over else (f"{reading.share:.0%}",),
+    )
+
+
+def frame_loss_observation(reading: FrameLoss) -> Observation:
+    """Whether frames of a bus are lost in this machine: what they would have said is not known."""
+    lost = f"lost {reading.frames} frames: machine too slow"
+    return Observation(
+        time_s=reading.time_s,
+        detector=LINK,
+        subject=f"link {reading.link} frames",
+        label=reading.link,
+        level=Level.SUSPECT if reading.frames or reading.overruns else Level.NORMAL,
+        score=math.nan,
+        trouble=lost if reading.frames else f"controller lost frames, {reading.overruns} times",
+        over="no frames lost any more",
     )
 
 

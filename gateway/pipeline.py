@@ -29,6 +29,7 @@ from drivers.readings import (
     AutopilotHeartbeat,
     BusLoad,
     CommandAcknowledgement,
+    FrameLoss,
     IdentityConflict,
     Lateness,
     LinkState,
@@ -40,7 +41,7 @@ from drivers.readings import (
 from gateway.channel import Aligned, Channel, Judgement, Learnt, Source
 from gateway.config import Config
 from gateway.conflicts import ConflictWatch
-from gateway.load_observations import bus_load_observation, lateness_observation
+from gateway.load_observations import bus_load_observation, frame_loss_observation, lateness_observation
 from gateway.named_values import Plots
 from gateway.navigation_channel import NavigationChannel
 from gateway.operator import OperatorDesk
@@ -273,6 +274,8 @@ class Pipeline:
                 yield from self._supervisor.observe(self._conflicts.take(reading))
             case BusLoad():
                 yield from self._supervisor.observe(bus_load_observation(reading, self._load_max[reading.link]))
+            case FrameLoss():
+                yield from self._supervisor.observe(frame_loss_observation(reading))
             case Lateness():
                 yield from self._supervisor.observe(lateness_observation(reading))
 

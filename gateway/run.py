@@ -17,7 +17,7 @@ from threadpoolctl import threadpool_limits
 from drivers.clock import Clock
 from drivers.mavlink.messages import CommandAck
 from drivers.readings import LinkState, OperatorAct, Reading
-from gateway.can_source import CanSource
+from gateway.can_source import CanSource, PortOf
 from gateway.companion import Companion
 from gateway.config import Config
 from gateway.config_sections import MAVLINK
@@ -55,6 +55,7 @@ async def run(
     accept: asyncio.Event | None = None,
     factories: Factories | None = None,
     service: Service | None = None,
+    port_of: PortOf | None = None,
 ) -> Summary:
     """Watches until `stop` is set.
 
@@ -66,6 +67,7 @@ async def run(
         accept: the operator says that all is well as it is; it is cleared when that is said on.
         factories: makes the detectors; None: the real ones.
         service: is told how the run goes; None: nobody is.
+        port_of: how a CAN bus is opened; None: as it is configured.
 
     Returns:
         What the run came to.
@@ -78,7 +80,7 @@ async def run(
     # the detectors' matrices are small: BLAS threads that wait for each other on busy cores cost more than they give
     with threadpool_limits(limits=1, user_api="blas"), FindingsFile(config.files.findings) as findings:
         pipeline = Pipeline(config, factories)
-        session = _Session(config, pipeline, clock or Clock(), observer, findings, service or Service({}))
+        session = _Session(config, pipeline, clock or Clock(), observer, findings, service or Service({}), port_of)
         return await session.run(stop or asyncio.Event(), accept or asyncio.Event())
 
 
@@ -93,10 +95,15 @@ class _Session:
         observer: Observer | None,
         findings: FindingsFile,
         service: Service,
+        port_of: PortOf | None,
     ) -> None:
         self._config, self._clock, self._pipeline, self._service = config, clock, pipeline, service
         self._memory = Memory(config.files.state, config.files.young_s, clock.now)
-        self._buses = [CanSource(bus, config, clock, self._take) for bus in config.can if not bus.forwarded]
+        self._buses = [
+            CanSource(bus, config, clock, self._take, port_of and port_of(bus))
+            for bus in config.can
+            if not bus.forwarded
+        ]
         self._companion = Companion(config, clock, self._take) if config.mavlink else None
         self._outlet = Outlet(
             findings,

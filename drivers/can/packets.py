@@ -17,6 +17,9 @@ from drivers.can.datagrams import Datagrams
 from drivers.can.frame import CLASSIC_DATA_BYTES, EXTENDED_MASK, FD_DATA_BYTES, STANDARD_MASK, CanFilter, CanFrame
 from drivers.can.frame_block import ERROR, EXTENDED, FD, FloatArray, FrameBlock
 
+# counted: frames that the kernel dropped, for the socket's buffer was full
+OVERFLOW = "receive buffer overflow"
+
 NumberT = TypeVar("NumberT", bound=np.generic)
 
 EXTENDED_FLAG = 0x8000_0000

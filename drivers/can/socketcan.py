@@ -21,6 +21,7 @@ from drivers.can.frame_block import FrameBlock
 from drivers.can.packets import (
     CONTROL_BYTES,
     FD_BYTES,
+    OVERFLOW,
     SO_RXQ_OVFL,
     SO_TIMESTAMPNS,
     frames_in,
@@ -125,7 +126,7 @@ class SocketCanPort:
     def _frames(self, packets: Datagrams) -> FrameBlock:
         lost = lost_before(packets)
         if lost is not None:  # the kernel counts over the life of the socket, in 32 bits
-            self._counters["receive buffer overflow"] += (lost - self._lost) & 0xFFFF_FFFF
+            self._counters[OVERFLOW] += (lost - self._lost) & 0xFFFF_FFFF
             self._lost = lost
         return frames_in(packets, self._clock.stamps(stamps_of(packets)), self._counters)
 
