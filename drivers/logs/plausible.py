@@ -1,0 +1,38 @@
+"""What is passed over in columns of a log, and what is not known in them."""
+
+from __future__ import annotations
+
+from math import isnan
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.logs.damage import DamageReport
+
+FloatArray: TypeAlias = NDArray[np.float64]
+IndexArray: TypeAlias = NDArray[np.intp]
+Mask: TypeAlias = NDArray[np.bool_]
+
+
+def refuse(damage: DamageReport, place: IndexArray, refused: Mask, cause: str) -> None:
+    """Tells how many of (N,) rows are passed over, and where the first of them stands."""
+    count = int(refused.sum())
+    if count:
+        damage.add(cause, f"offset {int(place[refused][0])}", count)
+
+
+def within(columns: FloatArray, limit: float) -> Mask:
+    """(N,) which rows of (N, M) have no number beyond the limit, and all that are numbers."""
+    good: Mask = np.logical_and.reduce(np.abs(columns) <= limit, axis=1)
+    return good
+
+
+def between(column: FloatArray, lowest: float, highest: float) -> FloatArray:
+    """(N,) NaN where not strictly between the two: how senders say that they do not know."""
+    return np.where((lowest < column) & (column < highest), column, np.nan)
+
+
+def optional(column: FloatArray) -> list[float | None]:
+    """N numbers, None where NaN."""
+    return [None if isnan(number) else number for number in column.tolist()]
