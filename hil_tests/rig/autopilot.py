@@ -10,6 +10,8 @@ import socket
 from collections.abc import Iterator
 from typing import Any
 
+from drivers.can.frame import CanFrame
+from hil_tests.rig.can_forwarder import CanForwarder
 from hil_tests.rig.commander import Commander
 from hil_tests.rig.conduct import Conduct
 from hil_tests.rig.mavlink_autopilot import MavlinkAutopilot
@@ -24,7 +26,7 @@ class AutopilotPeer:
         gateway: host and port that the gateway listens on.
         commander: whose modes and answers these are.
         system_id: of the vehicle.
-        conduct, key: as `MavlinkAutopilot` takes them.
+        conduct, key, can_buses: as `MavlinkAutopilot` takes them.
     """
 
     def __init__(
@@ -34,12 +36,13 @@ class AutopilotPeer:
         system_id: int = 1,
         conduct: Conduct | None = None,
         key: bytes | None = None,
+        can_buses: int = 0,
     ) -> None:
         self._link = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._link.bind((gateway[0], 0))
         self._link.setblocking(False)
         self._address = gateway
-        self._autopilot = MavlinkAutopilot(self._send, commander, system_id, conduct, key)
+        self._autopilot = MavlinkAutopilot(self._send, commander, system_id, conduct, key, can_buses)
 
     @property
     def notes(self) -> Notes:
@@ -50,6 +53,11 @@ class AutopilotPeer:
     def conduct(self) -> Conduct:
         """Where it does not do as it should; can be changed at any time."""
         return self._autopilot.conduct
+
+    @property
+    def forwarder(self) -> CanForwarder:
+        """Of its CAN buses."""
+        return self._autopilot.forwarder
 
     def close(self) -> None:
         """Close the socket."""
@@ -64,6 +72,10 @@ class AutopilotPeer:
     def sense(self, time_s: float, telemetry: Telemetry) -> None:
         """Send what of `SENSED` is due."""
         self._autopilot.sense(time_s, telemetry)
+
+    def on_bus(self, time_s: float, bus: int, frame: CanFrame) -> None:
+        """A frame is on one of its CAN buses, as `MavlinkAutopilot.on_bus`."""
+        self._autopilot.on_bus(time_s, bus, frame)
 
     def restart(self, time_s: float, silent_s: float) -> None:
         """Start anew after a silence, as `MavlinkAutopilot.restart`."""

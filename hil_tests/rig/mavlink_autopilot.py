@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Set
 from dataclasses import dataclass, replace
+from functools import partial
 from math import inf
 from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from drivers.can.frame import CanFrame
+from hil_tests.rig.can_forwarder import CanForwarder
 from hil_tests.rig.commander import Commander
 from hil_tests.rig.commands import ACCEPTED, Answer, Result, whole
 from hil_tests.rig.conduct import Conduct, Reply
@@ -51,8 +54,10 @@ class MavlinkAutopilot:
         system_id: of the vehicle.
         conduct: where it does not do as it should.
         key: 32 bytes; all that is sent is signed with it, and nothing else is taken. None: no signatures.
+        can_buses: CAN buses of an ArduPilot, that it can forward. PX4 forwards none.
 
     Attributes:
+        forwarder: of the CAN buses.
         notes: all that came in.
         conduct: can be changed at any time.
     """
@@ -64,6 +69,7 @@ class MavlinkAutopilot:
         system_id: int = 1,
         conduct: Conduct | None = None,
         key: bytes | None = None,
+        can_buses: int = 0,
     ) -> None:
         self._datagrams = _Datagrams(send)
         self._commander = commander
@@ -78,6 +84,7 @@ class MavlinkAutopilot:
         self._silent_until_s = -inf
         self._clock_request_s = -inf
         self._promises: list[_Promise] = []
+        self.forwarder = CanForwarder(partial(self.relay, component_id=1), can_buses)
         self.notes = Notes()
 
     def receive(self, time_s: float, datagram: bytes) -> None:
@@ -106,6 +113,12 @@ class MavlinkAutopilot:
         if time_s >= self._silent_until_s:
             self._send_due(time_s, self._commander.streams.keys() & SENSED)
 
+    def on_bus(self, time_s: float, bus: int, frame: CanFrame) -> None:
+        """A frame is on one of its CAN buses, from 1."""
+        if time_s >= self._silent_until_s:
+            self._wind(time_s)
+            self.forwarder.take(time_s, bus, frame)
+
     def restart(self, time_s: float, silent_s: float) -> None:
         """Start anew: for a while there is silence, then it is disarmed, knows no intervals, and counts from 0.
 
@@ -115,6 +128,7 @@ class MavlinkAutopilot:
         """
         self._commander.restart()
         self._schedule.forget()
+        self.forwarder.forget()
         self._promises.clear()
         self._silent_until_s = time_s + silent_s
         self._booted_s += self._telemetry.boot_s
@@ -187,8 +201,14 @@ class MavlinkAutopilot:
                 self.notes.heartbeats.append(heartbeat)
             case "TIMESYNC":
                 self._tell_time(message)
+            case "CAN_FILTER_MODIFY" if self._is_for_us(message) and self._forwards:
+                self.forwarder.modify_filter(message)
             case "COMMAND_LONG" if self._is_for_us(message):
                 self._deal_with(time_s, message)
+
+    @property
+    def _forwards(self) -> bool:
+        return self._commander.autopilot == int(mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA)
 
     def _is_for_us(self, message: Any) -> bool:
         return message.target_system in {0, self._system_id} and message.target_component in {0, 1}
@@ -211,12 +231,12 @@ class MavlinkAutopilot:
             return
         reply = self.conduct.reply(message.command, parameters)
         if reply is None:
-            answer = self._obeyed(message.command, parameters)
+            answer = self._obeyed(time_s, message, parameters)
             reply = Reply(answer.result)
             if answer.text:
                 self.say(mavlink.MAV_SEVERITY_WARNING, answer.text)
         elif reply.obeyed:
-            self._obeyed(message.command, parameters)
+            self._obeyed(time_s, message, parameters)
         self._note(time_s, message, parameters, reply.result)
         self._answer(time_s, message, reply)
 
@@ -239,7 +259,11 @@ class MavlinkAutopilot:
             self._promises.remove(promise)
             self._mavlink.send(promise.acknowledgement)
 
-    def _obeyed(self, command: int, parameters: tuple[float, ...]) -> Answer:
+    def _obeyed(self, time_s: float, message: Any, parameters: tuple[float, ...]) -> Answer:
+        command = message.command
+        if command == mavlink.MAV_CMD_CAN_FORWARD and self._forwards:
+            client = message.get_srcSystem(), message.get_srcComponent()
+            return self.forwarder.request(time_s, parameters, client)
         if command == mavlink.MAV_CMD_SET_MESSAGE_INTERVAL:
             known = self._schedule.set_interval(whole(parameters[0]), parameters[1])
             return ACCEPTED if known else Answer(Result.DENIED)
