@@ -135,6 +135,7 @@ class CanForward:
             return
         if answer.result == CommandResult.ACCEPTED:
             self._granted_s, self._refusal = answer.time_s, ""
+            self._due_s = min(self._due_s, answer.time_s + PERIOD_S)
         else:
             self._refusal = self._why(answer.result, self._autopilot)
 

@@ -1,4 +1,4 @@
-"""The simulated autopilot's forwarding of CAN, and two clients of it: pydronecan's `mavcan`, and the gateway's own."""
+"""The simulated autopilot's forwarding of CAN, and two clients: pydronecan's `mavcan`, and the gateway's own."""
 
 from __future__ import annotations
 
