@@ -57,6 +57,7 @@ async def test_fault_on_the_bus_arrives_as_statustext_and_failsafe(live_config, 
         await until(lambda: any(text.startswith("Hold done") for _, text in simulated.texts))
         stop.set()
         summary = await running
+        assert simulated.bus.recv(timeout=0.0) is None  # on CAN it only listens
     assert simulated.texts[0][0] == 2 and simulated.texts[0][1].startswith("T2 entangled? ")
     assert (2, "Hold done for T2") in simulated.texts
     assert (176, 1.0, 2.0) in simulated.commands

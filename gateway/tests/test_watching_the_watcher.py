@@ -9,6 +9,7 @@ from drivers.mavlink.messages import StatusText
 from drivers.readings import (
     AutopilotHeartbeat,
     BusLoad,
+    FrameLoss,
     Lateness,
     ThrusterCommand,
     ThrusterReport,
@@ -134,6 +135,23 @@ def test_the_limit_of_a_bus_is_its_own(tmp_path):
     dive.hear("can0", BusLoad(dive.time_s, "can0", 0.3))
     dive.go(1.0)
     assert dive.texts() == ["can0 load 30%, limit 25%"]
+
+
+@pytest.mark.parametrize(
+    ("frames", "overruns", "said"),
+    [
+        (123, 0, "can0 lost 123 frames: machine too slow"),
+        (4_000_000_000, 9, "can0 lost 4000000000 frames: machine too slow"),
+        (0, 4, "can0 controller lost frames, 4 times"),
+    ],
+)
+def test_frames_that_this_machine_loses_are_told(dive, frames, overruns, said):
+    for second in range(12):
+        lost = (frames, overruns) if 3 <= second < 6 else (0, 0)
+        dive.hear("can0", FrameLoss(dive.time_s, "can0", *lost))
+        dive.go(1.0)
+    assert dive.texts() == [said, "can0: no frames lost any more"]
+    assert dive.pipeline.levels()["link can0 frames"] is Level.NORMAL
 
 
 @pytest.mark.parametrize(
