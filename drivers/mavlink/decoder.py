@@ -19,7 +19,9 @@ from drivers.mavlink.frames import FrameScanner, Gate, Packet
 from drivers.mavlink.inertial import Barometers, InertialUnits
 from drivers.mavlink.messages import CommandAck, TimeSync
 from drivers.mavlink.own_frames import OwnFrames
-from drivers.mavlink.thrusters import ESCS_PER_MESSAGE, MavlinkThruster, ThrusterTelemetry
+from drivers.mavlink.thruster_commands import ThrusterCommands
+from drivers.mavlink.thruster_speeds import ESCS_PER_MESSAGE, ThrusterSpeeds
+from drivers.mavlink.thrusters import MavlinkThruster
 from drivers.mavlink.timesync import Timesync
 from drivers.mavlink.vehicle import VehicleTelemetry, heartbeat
 from drivers.mavlink.velocities import BodyVelocities
@@ -35,6 +37,7 @@ VELOCITIES = frozenset(
 ADDRESSED = frozenset({formats.TIMESYNC.message_id, *COMMANDS})
 ANSWERS_MAX = 64  # that wait, where nobody sends them: a replay
 
+# values in wire order and the time of reception, to readings
 Handler = tuple[MessageFormat, Callable[[tuple[Any, ...], float], list[Reading]]]
 
 
@@ -77,7 +80,7 @@ class MavlinkDecoder:
         can_frames: ForwardedFrames | None = None,
     ) -> None:
         check_component(own_component)
-        for name in ("thruster", "esc_index", "rpm_sensor"):
+        for name in ("thruster", "esc_index", "rpm_sensor", "actuator"):
             _check_unique(name, [getattr(thruster, name) for thruster in thrusters])
         self.drops: Counter[str] = Counter()
         self.heard: Counter[int] = Counter()
@@ -95,10 +98,8 @@ class MavlinkDecoder:
         self._answers: list[CommandAck | TimeSync] = []
         self.own = OwnFrames(self.drops)
         self.timesync = Timesync(own_component, self.drops)
-        wanted = {*ADDRESSED, formats.HEARTBEAT.message_id, formats.GPS_INPUT.message_id, *self._handlers}
-        if navigation:
-            wanted |= VELOCITIES
-        self._scanner = FrameScanner(wanted, self.drops, gate)
+        self._routes = self._routes_for(navigation)
+        self._scanner = FrameScanner({*self._routes, *self._handlers}, self.drops, gate)
 
     @property
     def autopilot_system(self) -> int | None:
@@ -114,24 +115,38 @@ class MavlinkDecoder:
         """
         readings: list[Reading] = []
         for packet in self._scanner.feed(data, time_s):
-            readings += self._from_somebody(packet, time_s)
+            readings += self.take(packet, time_s)
         return readings
+
+    def take(self, packet: Packet, time_s: float) -> Sequence[Reading]:
+        """Readings of a packet whose checksum is right, and which the gate let in where there is one."""
+        autopilot_system = self._autopilot.system_id
+        if packet.component_id == self._own_component and packet.system_id == autopilot_system:
+            return self.own.take(packet, time_s)
+        route = self._routes.get(packet.message_id)
+        if route is not None:
+            return route(packet, time_s)
+        if packet.component_id != AUTOPILOT_COMPONENT:
+            return ()
+        if packet.system_id != autopilot_system:
+            self.drops["not our autopilot"] += 1
+            return ()
+        return self._from_autopilot(packet, time_s)
 
     def answers(self) -> list[CommandAck | TimeSync]:
         """What is to be sent at once, by the rules of the protocol alone; each is given out once."""
         answers, self._answers = self._answers, []
         return answers
 
-    def _from_somebody(self, packet: Packet, time_s: float) -> Sequence[Reading]:
-        if (packet.system_id, packet.component_id) == (self._autopilot.system_id, self._own_component):
-            return self.own.take(packet, time_s)
-        if packet.message_id in ADDRESSED:
-            return self._addressed(packet, time_s)
-        if packet.message_id == formats.GPS_INPUT.message_id:
-            return self._from_positioning(packet, time_s)
-        if packet.message_id in VELOCITIES:
-            return self._from_dvl(packet, time_s)
-        return self._from_autopilot(packet, time_s) if packet.component_id == AUTOPILOT_COMPONENT else []
+    def _routes_for(self, navigation: bool) -> dict[int, Callable[[Packet, float], Sequence[Reading]]]:
+        """Messages that do not come from our autopilot alone, or of which more than the payload is looked at."""
+        return {
+            **dict.fromkeys(ADDRESSED, self._addressed),
+            formats.HEARTBEAT.message_id: self._heartbeat,
+            formats.COMMAND_ACK.message_id: self._acknowledgement,
+            formats.GPS_INPUT.message_id: self._from_positioning,
+            **(dict.fromkeys(VELOCITIES, self._from_dvl) if navigation else {}),
+        }
 
     def _addressed(self, packet: Packet, time_s: float) -> list[Reading]:
         receiver = self.timesync if packet.message_id == formats.TIMESYNC.message_id else self._commands
@@ -155,23 +170,24 @@ class MavlinkDecoder:
         return self._velocities.decode(packet, time_s)
 
     def _from_autopilot(self, packet: Packet, time_s: float) -> list[Reading]:
-        if packet.message_id == formats.HEARTBEAT.message_id:
-            return self._heartbeat(packet, time_s)
+        self.heard[packet.message_id] += 1
+        message, handle = self._handlers[packet.message_id]
+        return handle(message.unpack(packet.payload), time_s)
+
+    def _acknowledgement(self, packet: Packet, time_s: float) -> list[Reading]:
+        if packet.component_id != AUTOPILOT_COMPONENT:
+            return []
         if packet.system_id != self._autopilot.system_id:
             self.drops["not our autopilot"] += 1
             return []
-        if packet.message_id == formats.COMMAND_ACK.message_id and self._copies.repeats(packet, time_s):
+        if self._copies.repeats(packet, time_s):
             self.drops["repeated"] += 1  # it would answer the next command of the same kind
             return []
-        self.heard[packet.message_id] += 1
-        message, handle = self._handlers[packet.message_id]
-        readings = handle(message.unpack(packet.payload), time_s)
-        for reading in readings:
-            if isinstance(reading, Attitude):
-                self._velocities.attitude = reading
-        return readings
+        return self._from_autopilot(packet, time_s)
 
     def _heartbeat(self, packet: Packet, time_s: float) -> list[Reading]:
+        if packet.component_id != AUTOPILOT_COMPONENT:
+            return []
         reading = heartbeat(formats.HEARTBEAT.unpack(packet.payload), packet.system_id, packet.component_id, time_s)
         if reading.autopilot == AUTOPILOT_INVALID:
             return []
@@ -192,30 +208,53 @@ class MavlinkDecoder:
     def _handlers_for(self, system_id: int | None) -> dict[int, Handler]:
         """What to do with each message that is wanted; messages that no thruster needs are not even unpacked."""
         vehicle = VehicleTelemetry(system_id or 0, self._own_component, self.drops)
-        thrusters = ThrusterTelemetry(self._thrusters, self.drops)
         fixes = PositionFixes(self.drops)
         handlers: list[Handler] = [
             (formats.SYSTEM_TIME, vehicle.system_time),
-            (formats.ATTITUDE, vehicle.attitude),
-            (formats.ATTITUDE_QUATERNION, vehicle.attitude_quaternion),
+            (formats.ATTITUDE, self._remembered(vehicle.attitude)),
+            (formats.ATTITUDE_QUATERNION, self._remembered(vehicle.attitude_quaternion)),
             (formats.LOCAL_POSITION_NED, vehicle.local_position),
             (formats.GLOBAL_POSITION_INT, vehicle.global_position),
             (formats.GPS_RAW_INT, fixes.gps_raw),
             (formats.COMMAND_ACK, vehicle.acknowledgement),
         ]
-        if any(thruster.servo_channel is not None for thruster in self._thrusters):
-            handlers.append((formats.SERVO_OUTPUT_RAW, thrusters.servo_output))
-        if any(thruster.rpm_sensor is not None for thruster in self._thrusters):
-            handlers.append((formats.RPM, thrusters.rpm))
-        escs = {thruster.esc_index for thruster in self._thrusters if thruster.esc_index is not None}
-        if escs:
-            handlers += [(formats.ESC_STATUS, thrusters.esc_status), (formats.ESC_INFO, thrusters.esc_info)]
-        for group in sorted({esc // ESCS_PER_MESSAGE for esc in escs if esc < ESCS_PER_MESSAGE * len(ESC_TELEMETRY)}):
-            handlers.append((ESC_TELEMETRY[group], partial(thrusters.esc_telemetry, group)))
+        handlers += self._thruster_handlers()
         handlers += self._navigation_handlers() if self._navigation else []
         if self._can_frames is not None:
             handlers += [(formats.CAN_FRAME, self._can_frames.classic), (formats.CANFD_FRAME, self._can_frames.fd)]
         return {message.message_id: (message, handle) for message, handle in handlers}
+
+    def _thruster_handlers(self) -> list[Handler]:
+        commands, speeds = ThrusterCommands(self._thrusters, self.drops), ThrusterSpeeds(self._thrusters, self.drops)
+        handlers: list[Handler] = []
+        if any(thruster.servo_channel is not None for thruster in self._thrusters):
+            handlers.append((formats.SERVO_OUTPUT_RAW, commands.servo_output))
+        if any(thruster.actuator is not None for thruster in self._thrusters):
+            handlers.append((formats.ACTUATOR_OUTPUT_STATUS, commands.actuator_output))
+        if any(thruster.rpm_sensor is not None for thruster in self._thrusters):
+            handlers.append((formats.RPM, speeds.rpm))
+        escs = {thruster.esc_index for thruster in self._thrusters if thruster.esc_index is not None}
+        if escs:
+            handlers += [(formats.ESC_STATUS, speeds.esc_status), (formats.ESC_INFO, speeds.esc_info)]
+        for group in sorted({esc // ESCS_PER_MESSAGE for esc in escs if esc < ESCS_PER_MESSAGE * len(ESC_TELEMETRY)}):
+            handlers.append((ESC_TELEMETRY[group], partial(speeds.esc_telemetry, group)))
+        return handlers
+
+    def _remembered(
+        self, handle: Callable[[tuple[Any, ...], float], list[Reading]]
+    ) -> Callable[[tuple[Any, ...], float], list[Reading]]:
+        """The same, and the newest attitude is known to the velocities, where these are wanted."""
+        if not self._navigation:
+            return handle
+
+        def remembered(values: tuple[Any, ...], time_s: float) -> list[Reading]:
+            readings = handle(values, time_s)
+            for reading in readings:
+                if isinstance(reading, Attitude):
+                    self._velocities.attitude = reading
+            return readings
+
+        return remembered
 
     def _navigation_handlers(self) -> list[Handler]:
         units, barometers = InertialUnits(self.drops), Barometers(self.drops)

@@ -11,6 +11,7 @@ import math
 from collections import Counter
 from typing import Any
 
+from drivers.construction import constructor
 from drivers.mavlink.formats import GPS_INPUT, GPS_RAW_INT
 from drivers.mavlink.freshness import Freshness
 from drivers.mavlink.vehicle import LATITUDE_MAX_E7, LONGITUDE_MAX_E7
@@ -23,6 +24,9 @@ IGNORE_ALTITUDE, IGNORE_HORIZONTAL_ACCURACY = 1, 64  # GPS_INPUT_IGNORE_FLAGS
 
 DEPTH_MAX_M = 12_000.0  # deeper than any trench, and either way: there are lakes high above the sea
 ACCURACY_MAX_M = 10_000.0
+
+
+_position_fix = constructor(PositionFix)
 
 
 class PositionFixes:
@@ -87,4 +91,4 @@ class PositionFixes:
         depth_m = depth_m if depth_m is not None and abs(depth_m) <= DEPTH_MAX_M else None
         if accuracy_m is not None and not 0.0 < accuracy_m <= ACCURACY_MAX_M:
             accuracy_m = None  # 0 and 65535 are how senders say that they do not know
-        return [PositionFix(time_s, *place, depth_m, accuracy_m, source)]
+        return [_position_fix(time_s, *place, depth_m, accuracy_m, source)]

@@ -7,6 +7,7 @@ every packet costs ten times as much as unpacking the few fields that are read.
 from __future__ import annotations
 
 import struct
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -30,6 +31,8 @@ class MessageFormat:
     def unpack(self, payload: bytes) -> tuple[Any, ...]:
         """Fields in wire order; zeros where MAVLink 2 cut them off or MAVLink 1 lacks the extension."""
         size = self.payload.size
+        if len(payload) == size:
+            return self.payload.unpack(payload)
         return self.payload.unpack(payload[:size].ljust(size, b"\0"))
 
 
@@ -47,6 +50,7 @@ GLOBAL_POSITION_INT = generated("GLOBAL_POSITION_INT")
 GPS_RAW_INT = generated("GPS_RAW_INT")
 GPS_INPUT = generated("GPS_INPUT")
 SERVO_OUTPUT_RAW = generated("SERVO_OUTPUT_RAW")
+ACTUATOR_OUTPUT_STATUS = generated("ACTUATOR_OUTPUT_STATUS")
 ATTITUDE_QUATERNION = generated("ATTITUDE_QUATERNION")
 RAW_IMU = generated("RAW_IMU")
 SCALED_IMUS = tuple(generated(name) for name in ("SCALED_IMU", "SCALED_IMU2", "SCALED_IMU3"))
@@ -83,12 +87,14 @@ def name_of(message_id: int) -> str:
     return own.get(message_id, str(message_id)) if message is None else str(message.msgname)
 
 
-# pymavlink's compiled checksum without the object around it, a third of the time; None where it could not be loaded.
-_mcrf4xx = getattr(dialect, "mcrf4xx", None) or (lambda data: dialect.x25crc(data).crc)
-_CLOSING = [bytes((crc_extra,)) for crc_extra in range(256)]
+# pymavlink's compiled CRC-16/MCRF4XX without the object around it, a third of the time; None where it could not be
+# loaded.
+crc_16: Callable[[bytes], int] = getattr(dialect, "mcrf4xx", None) or (lambda data: int(dialect.x25crc(data).crc))
+
+# the byte that closes the checksum, by message id
+CLOSING = {message_id: bytes((crc_extra,)) for message_id, crc_extra in CRC_EXTRA.items()}
 
 
 def checksum(data: bytes, crc_extra: int) -> int:
     """CRC-16/MCRF4XX of a frame without its magic byte and its checksum, closed with the layout's own byte."""
-    crc: int = _mcrf4xx(data + _CLOSING[crc_extra])
-    return crc
+    return crc_16(data + bytes((crc_extra,)))

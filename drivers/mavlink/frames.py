@@ -15,9 +15,11 @@ import re
 import struct
 from collections import Counter
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
-from drivers.mavlink.formats import CRC_EXTRA, checksum
+from drivers.mavlink.formats import CLOSING, CRC_EXTRA, checksum, crc_16
+from drivers.mavlink.sequence_numbers import LOST, SequenceNumbers
 
 MAGIC_1, MAGIC_2 = 0xFE, 0xFD
 FLAG_SIGNED = 0x01
@@ -31,6 +33,10 @@ UNKNOWN = "unknown message"
 _MAGIC = re.compile(b"[\xfd\xfe]")
 _HEADER_1 = struct.Struct("<xBBBBB")  # length, sequence, system, component, message
 _HEADER_2 = struct.Struct("<xBBxBBBHB")  # length, flags, sequence, system, component, message (low 16, high 8 bits)
+# The same at speed: magic byte, length, flags, sequence, system and component in one, message and the byte behind it.
+_HEADER_RUN = struct.Struct("<BBBxBHI")
+MESSAGE_ID_MASK = 0xFFFFFF
+FRAME_MIN_2 = _HEADER_2.size + CHECKSUM_SIZE
 
 
 class Frame(NamedTuple):
@@ -45,8 +51,12 @@ class Frame(NamedTuple):
     end: int
 
 
-class Packet(NamedTuple):
-    """A checked frame that was wanted. `signed`: with a signature, which the gate found right."""
+@dataclass(slots=True)
+class Packet:
+    """A checked frame that was wanted. `signed`: with a signature, which the gate found right.
+
+    (Not frozen only because that costs five times the time, and there is one for every frame.)
+    """
 
     message_id: int
     system_id: int
@@ -109,7 +119,7 @@ class FrameScanner:
         self._pending = b""
         self._in_step = True
         self._fed_s = 0.0
-        self._sequences: dict[tuple[int, int], int] = {}
+        self._sequences = SequenceNumbers()
 
     @property
     def pending(self) -> int:
@@ -126,18 +136,50 @@ class FrameScanner:
         Returns:
             The wanted frames that these bytes complete, in the order of the stream.
         """
-        if self._pending and time_s - self._fed_s > PATIENCE_S:
-            self._in_step = False
+        if self._pending:
+            if time_s - self._fed_s > PATIENCE_S:
+                self._in_step = False
+            data, self._pending = self._pending + data, b""
         self._fed_s = time_s
         packets: list[Packet] = []
-        buffer = self._pending + data
-        keep = self._scan(buffer, packets)
-        self._pending = buffer[keep:]
+        done, size = 0, len(data)
+        while done < size:
+            if self._in_step and self._gate is None:
+                done = self._run(data, done, packets)
+            if done < size:
+                done = self._search(data, done, packets)
         return packets
 
-    def _scan(self, buffer: bytes, packets: list[Packet]) -> int:
-        """Append the wanted frames in the buffer to `packets`; return where the part to keep for later starts."""
-        done = search = 0
+    def _run(self, buffer: bytes, start: int, packets: list[Packet]) -> int:
+        """Take good frames of the usual kind for as long as one follows the other; return where the last one ends.
+
+        The usual kind is MAVLink 2, not signed, of a known layout. All others are `_search`'s, which is slower.
+        """
+        size, expected = len(buffer), self._sequences.expected
+        last = size - FRAME_MIN_2
+        while start <= last:
+            magic, length, flags, sequence, source, message_id = _HEADER_RUN.unpack_from(buffer, start)
+            message_id &= MESSAGE_ID_MASK  # the eighth byte behind it is of the payload
+            closing = CLOSING.get(message_id)
+            end = start + length + FRAME_MIN_2
+            if magic != MAGIC_2 or flags or closing is None or end > size:
+                break
+            crc = end - CHECKSUM_SIZE
+            if crc_16(buffer[start + 1 : crc] + closing + buffer[crc:end]):  # of a sum with its own: zero
+                break
+            if expected.get(source) == sequence:
+                expected[source] = (sequence + 1) & 0xFF
+            else:
+                self._count_lost(source, sequence)
+            if message_id in self._wanted:
+                payload = buffer[start + _HEADER_2.size : crc]
+                packets.append(Packet(message_id, source & 0xFF, source >> 8, payload, sequence))
+            start = end
+        return start
+
+    def _search(self, buffer: bytes, done: int, packets: list[Packet]) -> int:
+        """Take the first good frame behind `done` and return where it ends; without one, keep what may become one."""
+        search = done
         unfinished: int | None = None  # first guess that later bytes may still complete
         while match := _MAGIC.search(buffer, search):
             start = match.start()
@@ -156,12 +198,13 @@ class FrameScanner:
             elif frame is not None:
                 self._count_outside(start - done)
                 self._take(buffer, start, frame, packets)
-                done = search = frame.end
-                unfinished, self._in_step = None, True
+                self._in_step = True
+                return frame.end
         keep = len(buffer) if unfinished is None else unfinished
         self._count_outside(keep - done)
         self._in_step = self._in_step and keep == done
-        return keep
+        self._pending = buffer[keep:]
+        return len(buffer)
 
     def _fault(self, buffer: bytes, start: int, frame: Frame | None) -> str | None:
         """What is wrong with the frame at `start`: a cause, "" for nothing, None while it is not complete."""
@@ -189,7 +232,7 @@ class FrameScanner:
                 self._drops[refusal] += 1
                 return
             signed = is_signed(whole)
-        self._count_lost(frame)
+        self._count_lost(frame.system_id | frame.component_id << 8, frame.sequence)
         if frame.message_id in self._wanted:
             payload = buffer[frame.payload_start : frame.payload_end]
             packets.append(
@@ -200,14 +243,9 @@ class FrameScanner:
         if size:
             self._drops["bytes outside frames"] += size
 
-    def _count_lost(self, frame: Frame) -> None:
-        source = (frame.system_id, frame.component_id)
-        previous = self._sequences.get(source, frame.sequence - 1)
-        gap = (frame.sequence - previous - 1) & 0xFF
-        if gap < 128:  # else late or repeated, by another route: not lost
-            self._sequences[source] = frame.sequence
-            if gap:
-                self._drops["lost in transit"] += gap
+    def _count_lost(self, source: int, sequence: int) -> None:
+        if gap := self._sequences.gap(source, sequence):
+            self._drops[LOST] += gap
 
 
 def _boundary(buffer: bytes, end: int) -> bool:

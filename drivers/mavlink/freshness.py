@@ -6,6 +6,8 @@ from collections import Counter
 from collections.abc import Hashable
 
 WRAP_MS = 2**32
+# A stamp that went forward by less than this did not wrap: the usual case, told at once.
+NEWS_MAX = 2**31
 # Between two messages of one autopilot the stamps may be out of order by the time that a packet waits somewhere.
 LATE_S = 1.0
 
@@ -31,7 +33,7 @@ class Freshness:
             bits: width of the stamp, which wraps: microseconds in 32 bits do so every 72 minutes.
         """
         previous = self._stamps.get(stream)
-        if stamp and previous is not None:
+        if stamp and previous is not None and not previous < stamp < previous + NEWS_MAX:
             behind = (previous - stamp) % 2**bits
             if behind < LATE_S * ticks_per_s:
                 self._drops["late" if behind else "repeated"] += 1
@@ -48,6 +50,9 @@ class BootWatch:
 
     def rebooted(self, boot_ms: int) -> bool:
         """Take the next `time_boot_ms` of any message; True once per restart."""
+        if boot_ms >= self._latest_ms:
+            self._latest_ms = boot_ms
+            return False
         behind_s = (self._latest_ms - boot_ms) / 1000.0
         if 0.0 <= behind_s <= LATE_S:
             return False

@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
+from drivers.construction import constructor
 from drivers.mavlink.formats import HIGHRES_IMU, RAW_IMU, SCALED_IMUS, SCALED_PRESSURES
 from drivers.mavlink.freshness import Freshness
 from drivers.readings import Inertial, Reading, WaterPressure
@@ -30,6 +31,9 @@ FORCE_AND_RATE_UPDATED = 0b111111
 # from a mountain lake to the deepest trench
 PRESSURE_MIN_PA, PRESSURE_MAX_PA = 20_000.0, 130_000_000.0
 TEMPERATURE_MIN_C, TEMPERATURE_MAX_C = -50.0, 120.0
+
+
+_inertial = constructor(Inertial)
 
 
 class InertialUnits:
@@ -88,7 +92,7 @@ class InertialUnits:
             self._drops["implausible IMU"] += 1
             return []
         force, rate = (forces[0], forces[1], forces[2]), (rates[0], rates[1], rates[2])
-        return [Inertial(time_s, boot_s, source, force, rate)]
+        return [_inertial(time_s, boot_s, source, force, rate)]
 
 
 class Barometers:

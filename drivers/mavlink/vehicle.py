@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
+from drivers.construction import constructor
 from drivers.mavlink.formats import (
     ATTITUDE,
     ATTITUDE_QUATERNION,
@@ -38,6 +39,10 @@ LATITUDE_MAX_E7 = 900_000_000
 LONGITUDE_MAX_E7 = 1_800_000_000
 # ATTITUDE_QUATERNION says the same again, unless ATTITUDE has not come for this long.
 ATTITUDE_MISSED_S = 2.0
+
+
+_attitude = constructor(Attitude)
+_global_position, _local_position = constructor(GlobalPosition), constructor(LocalPosition)
 
 
 def heartbeat(values: tuple[Any, ...], system_id: int, component_id: int, time_s: float) -> AutopilotHeartbeat:
@@ -78,11 +83,11 @@ class VehicleTelemetry:
 
     def attitude(self, values: tuple[Any, ...], time_s: float) -> list[Reading]:
         """ATTITUDE; radians and radians per second on the wire too."""
-        boot_ms, *numbers = values
+        boot_ms = values[0]
         readings = self._reboot(boot_ms, time_s)
         if self._news(ATTITUDE, boot_ms):
             self._attitude_s = time_s
-            readings += self._attitude(boot_ms, numbers[:3], numbers[3:], time_s)
+            readings += self._attitude(boot_ms, values[1:4], values[4:], time_s)
         return readings
 
     def attitude_quaternion(self, values: tuple[Any, ...], time_s: float) -> list[Reading]:
@@ -102,16 +107,15 @@ class VehicleTelemetry:
             self._drops["implausible attitude"] += 1
             return []
         roll, pitch, yaw = angles
-        return [Attitude(time_s, roll, pitch, yaw, rates[0], rates[1], rates[2], boot_ms / 1000.0)]
+        return [_attitude(time_s, roll, pitch, yaw, rates[0], rates[1], rates[2], boot_ms / 1000.0)]
 
     def local_position(self, values: tuple[Any, ...], time_s: float) -> list[Reading]:
         """LOCAL_POSITION_NED; metres and metres per second on the wire too."""
-        boot_ms, north, east, down, *velocity = values
+        boot_ms, position, velocity = values[0], values[1:4], values[4:]
         readings = self._reboot(boot_ms, time_s)
         if self._news(LOCAL_POSITION_NED, boot_ms):
-            position = (north, east, down)
             if _within(position, POSITION_MAX_M) and _within(velocity, VELOCITY_MAX_MPS):
-                readings.append(LocalPosition(time_s, position, (velocity[0], velocity[1], velocity[2])))
+                readings.append(_local_position(time_s, position, velocity))
             else:
                 self._drops["implausible local position"] += 1
         return readings
@@ -128,13 +132,13 @@ class VehicleTelemetry:
             self._drops["implausible global position"] += 1
         else:
             readings.append(
-                GlobalPosition(
-                    time_s=time_s,
-                    latitude_rad=math.radians(latitude * 1e-7),
-                    longitude_rad=math.radians(longitude * 1e-7),
-                    depth_m=-altitude_mm / 1000.0,
-                    velocity_mps=(north / 100.0, east / 100.0, down / 100.0),
-                    boot_s=boot_ms / 1000.0,
+                _global_position(
+                    time_s,
+                    math.radians(latitude * 1e-7),
+                    math.radians(longitude * 1e-7),
+                    -altitude_mm / 1000.0,
+                    (north / 100.0, east / 100.0, down / 100.0),
+                    boot_ms / 1000.0,
                 )
             )
         return readings
@@ -168,4 +172,5 @@ def _euler(w: float, x: float, y: float, z: float) -> tuple[float, float, float]
 
 
 def _within(values: Sequence[float], limit: float) -> bool:
-    return all(abs(value) <= limit for value in values)  # False for NaN
+    x, y, z = values
+    return -limit <= x <= limit and -limit <= y <= limit and -limit <= z <= limit  # False for NaN

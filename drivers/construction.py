@@ -1,0 +1,33 @@
+"""Frozen dataclasses at the price of open ones: for readings, of which there are very many.
+
+A frozen dataclass sets each field through `object.__setattr__`, past its own lock: three to five times as slow as
+plain assignment. Here the values are assigned to an open class with the very same slots, and the finished object is
+then declared to be of the frozen one, which Python allows where the layouts are the same. Afterwards nothing can tell
+the two ways apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import fields, is_dataclass, make_dataclass
+from typing import Any, TypeVar
+
+T = TypeVar("T")
+
+
+def constructor(kind: type[T]) -> Callable[..., T]:
+    """What makes a `kind` of all its fields, in their order, at a third of the time.
+
+    Raises:
+        ValueError: not a dataclass with slots, or one that checks its values, which would not be done.
+    """
+    if not is_dataclass(kind) or "__slots__" not in vars(kind) or hasattr(kind, "__post_init__"):
+        raise ValueError(f"kind must be a dataclass with slots and without __post_init__, got {kind.__qualname__}")
+    open_kind: Any = make_dataclass(f"Open{kind.__name__}", [one.name for one in fields(kind)], slots=True)
+
+    def construct(*values: object) -> T:
+        made = open_kind(*values)
+        made.__class__ = kind
+        return made  # type: ignore[no-any-return]
+
+    return construct
