@@ -56,13 +56,16 @@ class CommandScale:
             -1.0..1.0, exactly 0.0 within the dead band; None where the value is not finite, or out of the range by
             more than 5 % of its span, which no command is.
         """
-        overshoot = MAX_OVERSHOOT * (self.maximum - self.minimum)
-        if not self.minimum - overshoot <= value <= self.maximum + overshoot:  # also false for NaN
-            return None
-        offset = min(max(value, self.minimum), self.maximum) - self.neutral
+        minimum, neutral, maximum = self.minimum, self.neutral, self.maximum
+        if not minimum <= value <= maximum:  # NaN, too
+            overshoot = MAX_OVERSHOOT * (maximum - minimum)
+            if not minimum - overshoot <= value <= maximum + overshoot:
+                return None
+            value = minimum if value < minimum else maximum
+        offset = value - neutral
         if abs(offset) <= self.dead_band:
             return 0.0
-        fraction = offset / (self.maximum - self.neutral if offset > 0.0 else self.neutral - self.minimum)
+        fraction = offset / (maximum - neutral if offset > 0.0 else neutral - minimum)
         return -fraction if self.reverse else fraction
 
     def fractions(self, values: FloatArray) -> FloatArray:

@@ -1,27 +1,27 @@
-"""Vendor messages described by a DBC file: cantools reads the file once, compiled readers decode the frames."""
+"""Vendor messages described by a database: cantools reads the file once, compiled plans read the frames.
+
+The file may be a DBC, KCD, SYM or ARXML: all that cantools reads.
+"""
 
 from __future__ import annotations
 
-import difflib
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TypeVar, get_args
+from typing import Any, get_args
 
-import cantools
-from cantools.database.can import Database, Message, Signal
+from cantools.database.can import Database, Message
 
-from drivers.can.dbc_signal import SignalReader
-from drivers.can.dbc_speed import POLE_PAIR_UNITS, PulseCount, SpeedReader, SpeedUnit, rpm_per_unit
-from drivers.can.frame import EXTENDED_MASK, STANDARD_MASK, CanFilter, CanFrame
+from drivers.can.dbc_database import compile_signal, find_signal, load_database, message_layout
+from drivers.can.messages.decoder import MessageDecoder
+from drivers.can.messages.plan import MessagePlan
+from drivers.can.messages.signal_reader import Signal
+from drivers.can.messages.speed_reader import POLE_PAIR_UNITS, SPEED_LIMIT_RPM, SpeedSignal, SpeedUnit, rpm_per_unit
+from drivers.can.messages.thruster_reader import CommandSignal, ReportSignals
 from drivers.command import CommandScale
-from drivers.readings import Reading, ThrusterCommand, ThrusterReport
 
 __all__ = ["DbcDecoder", "DbcThruster", "SpeedUnit"]
-
-# No propeller in water turns nearly as fast: above are sentinels, ERPM taken for RPM, and garbage.
-SPEED_LIMIT_RPM = 30_000.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,61 +75,25 @@ class DbcThruster:
         every = {"command": self.command, "speed": self.speed, "voltage": self.voltage, "current": self.current}
         return {quantity: reference for quantity, reference in every.items() if reference is not None}
 
-
-_Named = TypeVar("_Named", Message, Signal)
-Read = Callable[[bytes, float], float | None]
-
-
-@dataclass(slots=True)
-class _Report:
-    """What one message tells of one thruster."""
-
-    thruster: int
-    speed: Read | None = None
-    voltage: Read | None = None
-    current: Read | None = None
-
-    def read(self, data: bytes, time_s: float) -> ThrusterReport | None:
-        speed_rpm = self.speed(data, time_s) if self.speed else None
-        voltage_v = self.voltage(data, time_s) if self.voltage else None
-        current_a = self.current(data, time_s) if self.current else None
-        if speed_rpm is None and voltage_v is None and current_a is None:
-            return None
-        return ThrusterReport(time_s, self.thruster, speed_rpm=speed_rpm, voltage_v=voltage_v, current_a=current_a)
+    def speed_signal(self, signal: Signal, limit_rpm: float) -> SpeedSignal:
+        """How the speed signal tells the speed."""
+        rpm = rpm_per_unit(self.speed_unit, self.pole_pairs or 1)
+        return SpeedSignal(
+            signal, -rpm if self.reverse else rpm, limit_rpm, self.signed, self.speed_unit == "pulse_count"
+        )
 
 
-class _Plan:
-    """Everything that is read out of one message."""
-
-    def __init__(self, message: Message) -> None:
-        self.message = message
-        self.commands: list[tuple[int, SignalReader, CommandScale]] = []
-        self._reports: dict[int, _Report] = {}
-
-    @property
-    def reports(self) -> Iterable[_Report]:
-        return self._reports.values()
-
-    def report(self, thruster: int) -> _Report:
-        return self._reports.setdefault(thruster, _Report(thruster))
-
-    def fits(self, frame: CanFrame) -> bool:
-        """True if the data have the message's length. CAN FD has no frames of 9 to 11 bytes and pads to the next."""
-        length: int = self.message.length
-        return len(frame.data) == length or (frame.fd and len(frame.data) > length > 8)
-
-
-class DbcDecoder:
+class DbcDecoder(MessageDecoder):
     """Frames of vendor messages to commands and reports of thrusters.
 
-    Causes counted in `drops`: "wrong length" (data not as long as the message of the database), "command out of
-    range" (of its scale: ranges of commands in the database are not looked at), "implausible speed", "implausible
-    voltage", "implausible current" (outside the database's range, its mark for an invalid value, or for a speed of 16
-    bits and more the end of the integer's range, such as 65535), "implausible command" (the mark for an invalid
-    value), "non-finite". One bad signal costs no other signal of its message.
+    Causes counted in `drops`: "wrong length" (data not as long as the message of the database; the padding of J1939
+    and CAN FD is let pass), "command out of range" (of its scale: ranges of commands in the database are not looked
+    at), "implausible speed", "implausible voltage", "implausible current" (outside the database's range, its mark for
+    an invalid value, or for a speed of 16 bits and more the end of the integer's range, such as 65535), "implausible
+    command" (the mark for an invalid value), "non-finite". One bad signal costs no other signal of its message.
 
     Args:
-        database_path: DBC file (or another format that cantools reads).
+        database_path: DBC, KCD, SYM or ARXML file.
         thrusters: what is wired to the bus, and its signals.
         speed_limit_rpm: a faster report is implausible.
 
@@ -146,110 +110,69 @@ class DbcDecoder:
     ) -> None:
         if not speed_limit_rpm > 0.0:
             raise ValueError(f"speed_limit_rpm must be positive, got {speed_limit_rpm}")
-        self.drops: Counter[str] = Counter()
-        self._speed_limit_rpm = speed_limit_rpm
-        self._plans: dict[tuple[int, bool], _Plan] = {}
-        database = _load(Path(database_path))
+        draft = _Draft(load_database(Path(database_path)), speed_limit_rpm)
         problems = _twins([thruster.thruster for thruster in thrusters])
         for thruster in thrusters:
-            problems += self._compile(database, thruster)
+            problems += draft.add(thruster)
         if problems:
             raise ValueError("; ".join(problems))
+        drops: Counter[str] = Counter()
+        super().__init__(draft.plans(drops), drops)
 
-    def filters(self) -> list[CanFilter]:
-        """One for each message that a configured signal is in."""
-        return [
-            CanFilter(identifier, EXTENDED_MASK if extended else STANDARD_MASK, extended)
-            for identifier, extended in self._plans
-        ]
 
-    def decode(self, frame: CanFrame) -> Sequence[Reading]:
-        """Readings of the thrusters that this message tells of."""
-        plan = self._plans.get((frame.identifier, frame.extended))
-        if plan is None or frame.error:
-            return ()
-        if not plan.fits(frame):
-            self.drops["wrong length"] += 1
-            return ()
-        data = frame.data[: plan.message.length]
-        readings: list[Reading] = []
-        for thruster, reader, scale in plan.commands:
-            fraction = self._fraction(reader.read(data), scale)
-            if fraction is not None:
-                readings.append(ThrusterCommand(frame.time_s, thruster, fraction))
-        reports = (report.read(data, frame.time_s) for report in plan.reports)
-        readings += [report for report in reports if report is not None]
-        return readings
+@dataclass(slots=True)
+class _Wanted:
+    """What is read of one message."""
 
-    def _fraction(self, value: float | None, scale: CommandScale) -> float | None:
-        fraction = None if value is None else scale.fraction(value)
-        if value is not None and fraction is None:
-            self.drops["command out of range"] += 1
-        return fraction
+    message: Message
+    commands: list[CommandSignal] = field(default_factory=list)
+    reports: dict[int, ReportSignals] = field(default_factory=dict)
 
-    def _compile(self, database: Database, thruster: DbcThruster) -> list[str]:
-        """Add a thruster's signals to the plans; returns what is wrong with them."""
+    def report(self, thruster: int, **signals: Any) -> None:
+        """Takes signals of what the message reports of a thruster."""
+        self.reports[thruster] = replace(self.reports.get(thruster, ReportSignals(thruster)), **signals)
+
+
+class _Draft:
+    """Gathers the signals of all thrusters by their messages."""
+
+    def __init__(self, database: Database, speed_limit_rpm: float) -> None:
+        self._database = database
+        self._speed_limit_rpm = speed_limit_rpm
+        self._wanted: dict[tuple[int, bool], _Wanted] = {}
+
+    def add(self, thruster: DbcThruster) -> list[str]:
+        """Takes a thruster's signals; returns what is wrong with them."""
         problems = []
         for quantity, reference in thruster.references().items():
             try:
-                message, signal = _find(database, reference)
-                self._add(thruster, quantity, message, signal)
+                self._add_signal(thruster, quantity, reference)
             except ValueError as error:
                 problems.append(f"{quantity} of thruster {thruster.thruster}: {error}")
         return problems
 
-    def _add(self, thruster: DbcThruster, quantity: str, message: Message, signal: Signal) -> None:
+    def plans(self, drops: Counter[str]) -> list[MessagePlan]:
+        """One for each message."""
+        return [
+            MessagePlan(message_layout(one.message), one.commands, list(one.reports.values()), drops)
+            for one in self._wanted.values()
+        ]
+
+    def _add_signal(self, thruster: DbcThruster, quantity: str, reference: str) -> None:
+        message, found = find_signal(self._database, reference)
         sentinels = quantity == "speed" and thruster.speed_unit != "pulse_count"
-        reader = SignalReader(
-            message, signal, quantity, self.drops, limits=quantity != "command", sentinels=sentinels
-        )
-        plan = self._plans.setdefault((message.frame_id, message.is_extended_frame), _Plan(message))
-        if plan.message.name != message.name:
+        signal = compile_signal(message, found, limits=quantity != "command", sentinels=sentinels)
+        wanted = self._wanted.setdefault((message.frame_id, message.is_extended_frame), _Wanted(message))
+        if wanted.message.name != message.name:
             raise ValueError(
-                f"messages {plan.message.name} and {message.name} have one identifier: mend the database"
+                f"messages {wanted.message.name} and {message.name} have one identifier: mend the database"
             )
         if quantity == "command" and thruster.command_scale is not None:
-            plan.commands.append((thruster.thruster, reader, thruster.command_scale))
+            wanted.commands.append(CommandSignal(thruster.thruster, signal, thruster.command_scale))
         elif quantity == "speed":
-            plan.report(thruster.thruster).speed = self._speed(thruster, reader)
+            wanted.report(thruster.thruster, speed=thruster.speed_signal(signal, self._speed_limit_rpm))
         else:
-            setattr(plan.report(thruster.thruster), quantity, reader.read)
-
-    def _speed(self, thruster: DbcThruster, reader: SignalReader) -> Read:
-        read = PulseCount(reader, thruster.signed).read if thruster.speed_unit == "pulse_count" else reader.read
-        factor = rpm_per_unit(thruster.speed_unit, thruster.pole_pairs or 1) * (-1.0 if thruster.reverse else 1.0)
-        return SpeedReader(read, factor, self._speed_limit_rpm, thruster.signed, self.drops).read
-
-
-def _load(path: Path) -> Database:
-    try:
-        # Not strict: signals that overlap in some message that nobody uses are no reason to refuse the vendor's file.
-        database = cantools.database.load_file(path, strict=False)
-    except Exception as error:  # broken files make cantools raise whatever its parser stumbles over
-        raise ValueError(f"database {path} cannot be read: {error}") from error
-    if not isinstance(database, Database):
-        raise ValueError(
-            f"database {path} describes diagnostics, want one that describes CAN messages, such as a DBC"
-        )
-    return database
-
-
-def _find(database: Database, reference: str) -> tuple[Message, Signal]:
-    """Message and signal of "Message.signal"."""
-    message_name, dot, signal_name = reference.partition(".")
-    if not dot:
-        raise ValueError(f'want "Message.signal", got {reference!r}')
-    message = _named(message_name, "message", database.messages)
-    return message, _named(signal_name, f"signal of {message.name}", message.signals)
-
-
-def _named(name: str, kind: str, candidates: Iterable[_Named]) -> _Named:
-    by_name = {candidate.name: candidate for candidate in candidates}
-    if name in by_name:
-        return by_name[name]
-    nearest = difflib.get_close_matches(name, by_name, n=1, cutoff=0.0)
-    hint = f", nearest is {nearest[0]!r}" if nearest else ""
-    raise ValueError(f"no {kind} is named {name!r}{hint}")
+            wanted.report(thruster.thruster, **{quantity: signal})
 
 
 def _twins(numbers: list[int]) -> list[str]:

@@ -42,6 +42,15 @@ class CanFrame:
     error: bool = False
 
     def __post_init__(self) -> None:
+        # one look for all frames, thousands a second; what exactly is wrong is asked only where something is
+        if not (
+            0 <= self.identifier <= (EXTENDED_MASK if self.extended else STANDARD_MASK)
+            and len(self.data) <= CLASSIC_DATA_BYTES
+            and math.isfinite(self.time_s)
+        ):
+            self._check()
+
+    def _check(self) -> None:
         _check_identifier("identifier", self.identifier, self.extended or self.error)
         if not math.isfinite(self.time_s):
             raise ValueError(f"time_s must be finite, got {self.time_s}")

@@ -4,13 +4,16 @@ import math
 from collections import Counter
 
 import cantools
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.can.dbc import DbcDecoder, DbcThruster
-from drivers.can.dbc_signal import SignalReader
+from drivers.can.dbc_database import compile_signal
 from drivers.can.frame import CanFrame
+from drivers.can.messages.field_layout import FieldLayout
+from drivers.can.messages.signal_reader import SignalReader
 from drivers.command import CommandScale
 from drivers.readings import ThrusterCommand, ThrusterReport
 
@@ -195,6 +198,17 @@ def layouts(draw):
     }
 
 
+def both_ways(message, signal, data, drops):
+    """The signal's value, read of one frame and as a column."""
+    compiled = compile_signal(message, signal)
+    layout = FieldLayout(compiled.fields(), message.length)
+    reader = SignalReader(compiled, layout, "speed", drops)
+    block = np.frombuffer(data.ljust(8, b"\0"), np.uint8)[np.newaxis]
+    with np.errstate(invalid="ignore"):
+        (column,) = reader.column(layout.columns(block))
+    return reader.read(layout.unpack(data)), column
+
+
 @given(layouts(), st.binary(min_size=8, max_size=8))
 def test_every_signal_is_read_as_cantools_reads_it(layout, data):
     text = (
@@ -204,8 +218,9 @@ def test_every_signal_is_read_as_cantools_reads_it(layout, data):
     )
     message = cantools.database.load_string(text, "dbc").get_message_by_name("M")
     data = data[: layout["length"]]
-    reader = SignalReader(message, message.signals[0], "speed", Counter())
-    assert reader.read(data) == pytest.approx(message.decode(data)["S"], rel=1e-12, abs=1e-12)
+    alone, column = both_ways(message, message.signals[0], data, Counter())
+    assert alone == pytest.approx(message.decode(data)["S"], rel=1e-12, abs=1e-12)
+    assert column == alone
 
 
 @given(st.binary(min_size=8, max_size=8))
@@ -213,9 +228,10 @@ def test_floats_are_read_as_cantools_reads_them(database, data):
     message = database.get_message_by_name("Floats")
     for signal in message.signals:
         drops = Counter()
-        value, expected = SignalReader(message, signal, "speed", drops).read(data), message.decode(data)[signal.name]
+        (value, column), expected = both_ways(message, signal, data, drops), message.decode(data)[signal.name]
         assert value == (expected if math.isfinite(expected) else None)
-        assert drops == ({} if math.isfinite(expected) else {"non-finite": 1})
+        assert column == value or (value is None and math.isnan(column))
+        assert drops == ({} if math.isfinite(expected) else {"non-finite": 2})
 
 
 # What is dropped
@@ -327,7 +343,7 @@ def test_no_bytes_make_it_raise(vendor, identifier, data, time_s):
         ({"speed": "Statsu1.Rpm"}, "speed of thruster 1: no message is named 'Statsu1', nearest is 'Status1'"),
         ({"speed": "Status1.rpm"}, "no signal of Status1 is named 'rpm', nearest is 'Rpm'"),
         ({"voltage": "Status1"}, "voltage of thruster 1: want \"Message.signal\", got 'Status1'"),
-        ({"speed": "Overlapping.B"}, "Overlapping.B ends at bit 12, its message has 8"),
+        ({"speed": "Overlapping.B"}, "Overlapping.B: it ends at bit 12, its message has 8"),
     ],
 )
 def test_a_name_that_the_database_does_not_have_is_refused_with_the_nearest(vendor, options, message):

@@ -1,0 +1,137 @@
+"""What is read out of one message of fixed layout, compiled once: commands and reports of thrusters."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.can.frame import CLASSIC_DATA_BYTES, CanFrame
+from drivers.can.frame_block import FD, FrameBlock
+from drivers.can.messages.field_layout import FieldLayout
+from drivers.can.messages.thruster_reader import CommandReader, CommandSignal, ReportReader, ReportSignals
+from drivers.reading_block import CommandColumns, ReportColumns
+from drivers.readings import Reading
+
+IndexArray: TypeAlias = NDArray[np.intp]
+
+PADDING = 0xFF  # J1939 fills up what a message does not use
+
+
+@dataclass(frozen=True, slots=True)
+class MessageLayout:
+    """The frame that carries a message.
+
+    Attributes:
+        identifier, extended: of its frames.
+        length: of its data, in bytes.
+        tail: True: whatever stands behind the data is let pass.
+    """
+
+    identifier: int
+    extended: bool
+    length: int
+    tail: bool = False
+
+
+class MessagePlan:
+    """Reads one message.
+
+    Args:
+        message: its frame.
+        commands, reports: what is read, at most one of each for a thruster.
+        drops: where is counted what is thrown away.
+
+    Raises:
+        ValueError: a field that ends behind the message.
+    """
+
+    def __init__(
+        self,
+        message: MessageLayout,
+        commands: Sequence[CommandSignal],
+        reports: Sequence[ReportSignals],
+        drops: Counter[str],
+    ) -> None:
+        self.message = message
+        self._length = message.length
+        self._drops = drops
+        fields = [field for command in commands for field in command.signal.fields()]
+        layout = FieldLayout(fields + [field for report in reports for field in report.fields()], message.length)
+        self._unpack, self._columns = layout.unpack, layout.columns
+        self._commands = [CommandReader(one, layout, drops) for one in sorted(commands, key=lambda one: one.thruster)]
+        self._reports = [ReportReader(one, layout, drops) for one in sorted(reports, key=lambda one: one.thruster)]
+        self._readers = [one.read for one in self._commands] + [one.read for one in self._reports]
+
+    def decode(self, frame: CanFrame) -> Sequence[Reading]:
+        """Readings of a frame of this message."""
+        data = frame.data
+        if len(data) != self._length:
+            if not self._fits(frame):
+                self._drops["wrong length"] += 1
+                return ()
+            data = data[: self._length]
+        numbers, time_s = self._unpack(data), frame.time_s
+        readings: list[Reading] = []
+        for read in self._readers:
+            reading = read(numbers, time_s)
+            if reading is not None:
+                readings.append(reading)
+        return readings
+
+    def decode_block(self, block: FrameBlock, row: IndexArray) -> tuple[list[CommandColumns], list[ReportColumns]]:
+        """`decode` of the frames of this message, which are those at `row` of the block."""
+        row = self._fitting(block, row)
+        if len(row) == 0:
+            return [], []
+        columns, time_s = self._columns(block.data[row]), block.time_s[row]
+        commands = [command.columns(columns, row, time_s) for command in self._commands]
+        reports = [report.columns(columns, row, time_s) for report in self._reports]
+        return [one for one in commands if len(one.row)], [one for one in reports if len(one.row)]
+
+    def _fits(self, frame: CanFrame) -> bool:
+        """True if data that are longer than the message may be the message and what its sender padded it with.
+
+        CAN FD has no frames of 9 to 11 bytes, to take the first, and pads to the next; J1939 pads to 8 bytes.
+        """
+        data, length = frame.data, self._length
+        if len(data) <= length:
+            return False
+        return (
+            self.message.tail
+            or (frame.fd and length > CLASSIC_DATA_BYTES)
+            or (
+                self.message.extended
+                and len(data) == CLASSIC_DATA_BYTES
+                and data[length:] == bytes([PADDING]) * (CLASSIC_DATA_BYTES - length)
+            )
+        )
+
+    def _fitting(self, block: FrameBlock, row: IndexArray) -> IndexArray:
+        """Those of the rows whose frames are long enough and no longer than padding makes them."""
+        length = block.length[row]
+        fits = length == self._length
+        if fits.all():
+            return row
+        odd = np.flatnonzero(~fits)
+        fits[odd] = self._padded(block.part(row[odd]))
+        dropped = len(row) - int(fits.sum())
+        if dropped:
+            self._drops["wrong length"] += dropped
+        fitting: IndexArray = row[fits]
+        return fitting
+
+    def _padded(self, block: FrameBlock) -> NDArray[np.bool_]:
+        """(N,) `_fits` of frames that have not the message's length."""
+        padded = np.full(len(block), self.message.tail)
+        if self._length > CLASSIC_DATA_BYTES:
+            padded |= (block.kind & FD) != 0
+        elif self.message.extended:
+            filled = (block.data[:, self._length : CLASSIC_DATA_BYTES] == PADDING).all(axis=1)
+            padded |= (block.length == CLASSIC_DATA_BYTES) & filled
+        longer: NDArray[np.bool_] = padded & (block.length > self._length)
+        return longer
