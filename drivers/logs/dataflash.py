@@ -16,7 +16,7 @@ import numpy as np
 from drivers.logs import dataflash_sensors, dataflash_thrusters, dataflash_vehicle
 from drivers.logs.boot_clock import BootClock
 from drivers.logs.damage import DamageReport
-from drivers.logs.dataflash_format import HEAD, Records
+from drivers.logs.dataflash_format import HEAD, TIME_US, Records
 from drivers.logs.dataflash_records import Formats, read_formats, read_records
 from drivers.logs.dataflash_sensors import DataflashSensors
 from drivers.logs.dataflash_survey import Survey, armed_changes, survey
@@ -144,7 +144,7 @@ class _Reader:
 
     def _steady(self, part: Sequence[Records]) -> Iterator[Records]:
         """Without the records whose stamps are damaged."""
-        timed = [one for one in part if one.has("TimeUS") and len(one)]
+        timed = [one for one in part if one.has(TIME_US) and len(one)]
         if not timed:
             return
         offset: IndexArray = np.concatenate([one.offset for one in timed])

@@ -23,7 +23,7 @@ HEAD_BYTES = 3  # with the type
 FORMAT_TYPE, FORMAT_BYTES = 128, 89
 TIME_US = "TimeUS"
 
-# kind of a field: its numpy type, and by how much its number is to be multiplied
+# kind of a field: its numpy type, and by what its number is to be divided; 0: it is no number
 _KINDS: dict[str, tuple[str, float]] = {
     "b": ("i1", 1.0),
     "B": ("u1", 1.0),
@@ -36,11 +36,11 @@ _KINDS: dict[str, tuple[str, float]] = {
     "g": ("<f2", 1.0),
     "f": ("<f4", 1.0),
     "d": ("<f8", 1.0),
-    "c": ("<i2", 0.01),
-    "C": ("<u2", 0.01),
-    "e": ("<i4", 0.01),
-    "E": ("<u4", 0.01),
-    "L": ("<i4", 1e-7),  # degrees of latitude and longitude
+    "c": ("<i2", 100.0),
+    "C": ("<u2", 100.0),
+    "e": ("<i4", 100.0),
+    "E": ("<u4", 100.0),
+    "L": ("<i4", 1e7),  # degrees of latitude and longitude
     "M": ("u1", 1.0),  # flight mode
     "n": ("S4", 0.0),
     "N": ("S16", 0.0),
@@ -58,13 +58,13 @@ class RecordFormat:
         type: its number.
         name: of up to 4 letters, such as "RCOU".
         dtype: of a whole record, its fields by their names.
-        scales: of each field, by which its number is to be multiplied; 0: it is none.
+        divisors: of each field, by which its number is to be divided; 0: it is none.
     """
 
     type: int
     name: str
     dtype: np.dtype[Any]
-    scales: dict[str, float]
+    divisors: dict[str, float]
 
     @property
     def length(self) -> int:
@@ -82,8 +82,8 @@ class RecordFormat:
             return None
         fields = [("head", f"V{HEAD_BYTES}"), *((name, _KINDS[k][0]) for name, k in zip(columns, kinds, strict=True))]
         dtype = np.dtype(fields)
-        scales = {name: _KINDS[kind][1] for name, kind in zip(columns, kinds, strict=True)}
-        return RecordFormat(number, name, dtype, scales) if dtype.itemsize == length else None
+        divisors = {name: _KINDS[kind][1] for name, kind in zip(columns, kinds, strict=True)}
+        return RecordFormat(number, name, dtype, divisors) if dtype.itemsize == length else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,13 +109,12 @@ class Records:
 
     def has(self, *names: str) -> bool:
         """Whether the type has all these fields, as numbers."""
-        return all(self.format.scales.get(name) for name in names)
+        return all(self.format.divisors.get(name) for name in names)
 
     def numbers(self, name: str) -> FloatArray:
         """(N,) a field in the unit that its name is documented in."""
-        scale = self.format.scales[name]
         column: FloatArray = self.rows[name].astype(np.float64)
-        return column if scale == 1.0 else column * scale
+        return column / self.format.divisors[name]
 
     def columns(self, *names: str) -> FloatArray:
         """(N, number of names) several fields."""
@@ -133,7 +132,7 @@ class Records:
     @property
     def boot_s(self) -> FloatArray:
         """(N,) when each was written, since the autopilot's start."""
-        return self.numbers(TIME_US) * 1e-6
+        return self.numbers(TIME_US) / 1e6
 
 
 def _text(padded: bytes) -> str:

@@ -19,7 +19,7 @@ import numpy as np
 
 from drivers.logs.boot_clock import BY_GPS, BootClock
 from drivers.logs.damage import DamageReport
-from drivers.logs.dataflash_format import FloatArray, Records
+from drivers.logs.dataflash_format import TIME_US, FloatArray, Records
 from drivers.logs.dataflash_records import Formats, read_records
 from drivers.mavlink.fixes import FIX_3D, FIX_LAST
 
@@ -66,7 +66,7 @@ def survey(file: BinaryIO, formats: Formats) -> Survey:
     """Reads a log from where the file stands."""
     found: dict[str, list[Records]] = {name: [] for name in WANTED}
     for part in read_records(file, formats, WANTED, DamageReport()):
-        for records in part:
+        for records in (one for one in part if one.has(TIME_US)):
             found[records.format.name].append(records)
     parameters = _parameters(found["PARM"])
     result = Survey(clock=_clock(found["GPS"]), vehicle_type=_vehicle_type(found["MSG"]))
@@ -109,7 +109,7 @@ def _offsets(records: Records) -> FloatArray:
 
 def _vehicle_type(parts: Iterable[Records]) -> int:
     for records in parts:
-        for text in records.texts("Message") if "Message" in records.format.scales else ():
+        for text in records.texts("Message") if "Message" in records.format.divisors else ():
             kind = VEHICLE_TYPES.get(text.partition(" ")[0])
             if kind is not None:
                 return kind
@@ -120,7 +120,7 @@ def _parameters(parts: Iterable[Records]) -> dict[str, float]:
     """The first value of each, which is the one that the log began with."""
     values: dict[str, float] = {}
     for records in parts:
-        if records.has("Value") and "Name" in records.format.scales:
+        if records.has("Value") and "Name" in records.format.divisors:
             for name, value in zip(records.texts("Name"), records.numbers("Value").tolist(), strict=True):
                 values.setdefault(name, value)
     return values
