@@ -1,8 +1,8 @@
 """Frozen dataclasses at the price of open ones: for readings, of which there are very many.
 
 A frozen dataclass sets each field through `object.__setattr__`, past its own lock: three to five times as slow as
-plain assignment. Here the values are assigned to an open class with the very same slots, and the finished object is
-then declared to be of the frozen one, which Python allows where the layouts are the same. Afterwards nothing can tell
+plain assignment. Here the values are assigned to an open class with the very same slots, and the finished object then
+declares itself to be of the frozen one, which Python allows where the layouts are the same. Afterwards nothing can tell
 the two ways apart.
 """
 
@@ -23,11 +23,9 @@ def constructor(kind: type[T]) -> Callable[..., T]:
     """
     if not is_dataclass(kind) or "__slots__" not in vars(kind) or hasattr(kind, "__post_init__"):
         raise ValueError(f"kind must be a dataclass with slots and without __post_init__, got {kind.__qualname__}")
-    open_kind: Any = make_dataclass(f"Open{kind.__name__}", [one.name for one in fields(kind)], slots=True)
 
-    def construct(*values: object) -> T:
-        made = open_kind(*values)
+    def close(made: Any) -> None:
         made.__class__ = kind
-        return made  # type: ignore[no-any-return]
 
-    return construct
+    names = [one.name for one in fields(kind)]
+    return make_dataclass(f"Open{kind.__name__}", names, slots=True, namespace={"__post_init__": close})

@@ -37,8 +37,9 @@ VELOCITIES = frozenset(
 ADDRESSED = frozenset({formats.TIMESYNC.message_id, *COMMANDS})
 ANSWERS_MAX = 64  # that wait, where nobody sends them: a replay
 
-# values in wire order and the time of reception, to readings
-Handler = tuple[MessageFormat, Callable[[tuple[Any, ...], float], list[Reading]]]
+Unpack = Callable[[bytes], tuple[Any, ...]]
+Handle = Callable[[tuple[Any, ...], float], list[Reading]]  # of values in wire order and the time of reception
+Handler = tuple[MessageFormat, Handle]
 
 
 class MavlinkDecoder:
@@ -126,11 +127,6 @@ class MavlinkDecoder:
         route = self._routes.get(packet.message_id)
         if route is not None:
             return route(packet, time_s)
-        if packet.component_id != AUTOPILOT_COMPONENT:
-            return ()
-        if packet.system_id != autopilot_system:
-            self.drops["not our autopilot"] += 1
-            return ()
         return self._from_autopilot(packet, time_s)
 
     def answers(self) -> list[CommandAck | TimeSync]:
@@ -169,21 +165,22 @@ class MavlinkDecoder:
             return []
         return self._velocities.decode(packet, time_s)
 
-    def _from_autopilot(self, packet: Packet, time_s: float) -> list[Reading]:
-        self.heard[packet.message_id] += 1
-        message, handle = self._handlers[packet.message_id]
-        return handle(message.unpack(packet.payload), time_s)
+    def _acknowledgement(self, packet: Packet, time_s: float) -> Sequence[Reading]:
+        ours = (packet.system_id, packet.component_id) == (self._autopilot.system_id, AUTOPILOT_COMPONENT)
+        if ours and self._copies.repeats(packet, time_s):
+            self.drops["repeated"] += 1  # it would answer the next command of the same kind
+            return ()
+        return self._from_autopilot(packet, time_s)
 
-    def _acknowledgement(self, packet: Packet, time_s: float) -> list[Reading]:
+    def _from_autopilot(self, packet: Packet, time_s: float) -> Sequence[Reading]:
         if packet.component_id != AUTOPILOT_COMPONENT:
-            return []
+            return ()
         if packet.system_id != self._autopilot.system_id:
             self.drops["not our autopilot"] += 1
-            return []
-        if self._copies.repeats(packet, time_s):
-            self.drops["repeated"] += 1  # it would answer the next command of the same kind
-            return []
-        return self._from_autopilot(packet, time_s)
+            return ()
+        self.heard[packet.message_id] += 1
+        unpack, handle = self._handlers[packet.message_id]
+        return handle(unpack(packet.payload), time_s)
 
     def _heartbeat(self, packet: Packet, time_s: float) -> list[Reading]:
         if packet.component_id != AUTOPILOT_COMPONENT:
@@ -205,7 +202,7 @@ class MavlinkDecoder:
         if system_id != self._handlers_system:
             self._handlers, self._handlers_system = self._handlers_for(system_id), system_id
 
-    def _handlers_for(self, system_id: int | None) -> dict[int, Handler]:
+    def _handlers_for(self, system_id: int | None) -> dict[int, tuple[Unpack, Handle]]:
         """What to do with each message that is wanted; messages that no thruster needs are not even unpacked."""
         vehicle = VehicleTelemetry(system_id or 0, self._own_component, self.drops)
         fixes = PositionFixes(self.drops)
@@ -222,7 +219,7 @@ class MavlinkDecoder:
         handlers += self._navigation_handlers() if self._navigation else []
         if self._can_frames is not None:
             handlers += [(formats.CAN_FRAME, self._can_frames.classic), (formats.CANFD_FRAME, self._can_frames.fd)]
-        return {message.message_id: (message, handle) for message, handle in handlers}
+        return {message.message_id: (message.unpack, handle) for message, handle in handlers}
 
     def _thruster_handlers(self) -> list[Handler]:
         commands, speeds = ThrusterCommands(self._thrusters, self.drops), ThrusterSpeeds(self._thrusters, self.drops)
@@ -240,9 +237,7 @@ class MavlinkDecoder:
             handlers.append((ESC_TELEMETRY[group], partial(speeds.esc_telemetry, group)))
         return handlers
 
-    def _remembered(
-        self, handle: Callable[[tuple[Any, ...], float], list[Reading]]
-    ) -> Callable[[tuple[Any, ...], float], list[Reading]]:
+    def _remembered(self, handle: Handle) -> Handle:
         """The same, and the newest attitude is known to the velocities, where these are wanted."""
         if not self._navigation:
             return handle

@@ -34,7 +34,7 @@ _MAGIC = re.compile(b"[\xfd\xfe]")
 _HEADER_1 = struct.Struct("<xBBBBB")  # length, sequence, system, component, message
 _HEADER_2 = struct.Struct("<xBBxBBBHB")  # length, flags, sequence, system, component, message (low 16, high 8 bits)
 # The same at speed: magic byte, length, flags, sequence, system and component in one, message and the byte behind it.
-_HEADER_RUN = struct.Struct("<BBBxBHI")
+_read_run = struct.Struct("<BBBxBHI").unpack_from
 MESSAGE_ID_MASK = 0xFFFFFF
 FRAME_MIN_2 = _HEADER_2.size + CHECKSUM_SIZE
 
@@ -120,6 +120,7 @@ class FrameScanner:
         self._in_step = True
         self._fed_s = 0.0
         self._sequences = SequenceNumbers()
+        self._expected = self._sequences.expected
 
     @property
     def pending(self) -> int:
@@ -142,11 +143,11 @@ class FrameScanner:
             data, self._pending = self._pending + data, b""
         self._fed_s = time_s
         packets: list[Packet] = []
-        done, size = 0, len(data)
-        while done < size:
+        done = 0
+        while done < len(data):
             if self._in_step and self._gate is None:
                 done = self._run(data, done, packets)
-            if done < size:
+            if done < len(data):
                 done = self._search(data, done, packets)
         return packets
 
@@ -154,26 +155,30 @@ class FrameScanner:
         """Take good frames of the usual kind for as long as one follows the other; return where the last one ends.
 
         The usual kind is MAVLink 2, not signed, of a known layout. All others are `_search`'s, which is slower.
+        A frame that is not whole yet is kept, as there.
         """
-        size, expected = len(buffer), self._sequences.expected
-        last = size - FRAME_MIN_2
-        while start <= last:
-            magic, length, flags, sequence, source, message_id = _HEADER_RUN.unpack_from(buffer, start)
-            message_id &= MESSAGE_ID_MASK  # the eighth byte behind it is of the payload
+        expected = self._expected
+        size = len(buffer)
+        while size - start >= FRAME_MIN_2:
+            magic, length, flags, sequence, sender, message_id = _read_run(buffer, start)
+            message_id &= MESSAGE_ID_MASK  # the byte above it is not the header's any more
             closing = CLOSING.get(message_id)
+            if magic != MAGIC_2 or flags or closing is None:
+                return start
             end = start + length + FRAME_MIN_2
-            if magic != MAGIC_2 or flags or closing is None or end > size:
-                break
+            if end > size:
+                self._pending = buffer[start:]
+                return size
             crc = end - CHECKSUM_SIZE
-            if crc_16(buffer[start + 1 : crc] + closing + buffer[crc:end]):  # of a sum with its own: zero
-                break
-            if expected.get(source) == sequence:
-                expected[source] = (sequence + 1) & 0xFF
+            if crc_16(buffer[start + 1 : crc] + closing) != buffer[crc] | buffer[crc + 1] << 8:
+                return start
+            if expected.get(sender) == sequence:
+                expected[sender] = (sequence + 1) & 0xFF
             else:
-                self._count_lost(source, sequence)
+                self._count_lost(sender, sequence)
             if message_id in self._wanted:
                 payload = buffer[start + _HEADER_2.size : crc]
-                packets.append(Packet(message_id, source & 0xFF, source >> 8, payload, sequence))
+                packets.append(Packet(message_id, sender & 0xFF, sender >> 8, payload, sequence))
             start = end
         return start
 
