@@ -12,11 +12,14 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, Strict
 
 from drivers.can.dbc import SpeedUnit
+from drivers.can.vesc import Control
 from gateway.local_frame import LocalFrame
 from gateway.supervision.actions import Action
 
 # name of the link to the autopilot, where buses have names of their own
 MAVLINK = "mavlink"
+# a message and a signal of a database; SYM files have names of several words
+SIGNAL = r"^[^.]+\.[^.]+$"
 # no vehicle under water is faster: what is was meant in another unit
 SPEED_MAX_MPS = 30.0
 
@@ -61,8 +64,10 @@ class CanBus(Section):
         min_length=1,
         description='the channel of that interface, e.g. "can0"; "mavlink": "1" is the autopilot\'s CAN1',
     )
-    protocol: Literal["dronecan", "dbc"] = Field(description="what the frames mean")
-    database: PathText | None = Field(None, description='protocol "dbc": the DBC file')
+    protocol: Literal["dronecan", "vesc", "dbc"] = Field(
+        description='what the frames mean; "dbc": whatever a database says'
+    )
+    database: PathText | None = Field(None, description='protocol "dbc": the .dbc, .kcd, .sym or .arxml file')
     bitrate: int | None = Field(
         None, gt=0, description="bit/s, for interfaces that set it; SocketCAN's is set by `ip link`"
     )
@@ -111,7 +116,9 @@ class CommandSource(Section):
     esc_index: int | None = Field(None, ge=0, le=19, description="DroneCAN: place in esc.RawCommand, from 0")
     bidirectional: bool = Field(True, description="DroneCAN: False where 0..8191 is idle to full ahead")
     servo_channel: int | None = Field(None, ge=1, le=32, description="MAVLink: output in SERVO_OUTPUT_RAW, from 1")
-    signal: str | None = Field(None, pattern=r"^\w+\.\w+$", description='DBC: "Message.signal"')
+    controller_id: int | None = Field(None, ge=0, le=254, description='VESC: its "VESC ID" in VESC Tool')
+    control: Control | None = Field(None, description="VESC: which commands it gets: SET_DUTY, SET_CURRENT...")
+    signal: str | None = Field(None, pattern=SIGNAL, description='DBC: "Message.signal"')
     minimum: float | None = Field(None, description="full astern (or idle), in the unit of the wire: us, %, V")
     neutral: float | None = Field(None, description="no thrust, in the unit of the wire")
     maximum: float | None = Field(None, description="full ahead, in the unit of the wire")
@@ -126,15 +133,16 @@ class RpmSource(Section):
     esc_index: int | None = Field(None, ge=0, le=31, description="DroneCAN and MAVLink: index of the ESC, from 0")
     rpm_sensor: int | None = Field(None, ge=1, le=2, description="MAVLink: instance in RPM, in place of an ESC")
     node_id: int | None = Field(None, ge=1, le=127, description="DroneCAN: take it from this node only")
-    signal: str | None = Field(None, pattern=r"^\w+\.\w+$", description='DBC: "Message.signal"')
+    controller_id: int | None = Field(None, ge=0, le=254, description='VESC: its "VESC ID" in VESC Tool')
+    signal: str | None = Field(None, pattern=SIGNAL, description='DBC: "Message.signal"')
     unit: SpeedUnit = Field("rpm", description="DBC: unit of the signal")
     pole_pairs: int | None = Field(
-        None, ge=1, le=50, description="DBC: of the motor, where the unit is erpm or pulses"
+        None, ge=1, le=50, description="of the motor: VESC; DBC, where the unit is erpm or pulses"
     )
     signed: bool | None = Field(None, description="False where astern is not told apart; MAVLink: False unless set")
     reverse: bool = Field(False, description="True where a positive speed is astern")
-    voltage: str | None = Field(None, pattern=r"^\w+\.\w+$", description='DBC: "Message.signal" in V')
-    current: str | None = Field(None, pattern=r"^\w+\.\w+$", description='DBC: "Message.signal" in A')
+    voltage: str | None = Field(None, pattern=SIGNAL, description='DBC: "Message.signal" in V')
+    current: str | None = Field(None, pattern=SIGNAL, description='DBC: "Message.signal" in A')
 
 
 class Thruster(Section):

@@ -28,7 +28,7 @@ from gateway.config_sections import (
 )
 from gateway.problems import Problem
 from gateway.signing import settings as signing_settings
-from gateway.wiring import command_scale, refused_signals
+from gateway.wiring import UNITS_OF_FULL_THRUST, command_scale, refused_signals
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,13 +40,17 @@ class _Keys:
 
 
 _SCALE = ("minimum", "neutral", "maximum")
+# where an ESC has a place of its own on the bus, the key that says which
+_ESC_KEYS: Mapping[str, str] = {"dronecan": "esc_index", "vesc": "controller_id"}
 COMMAND_KEYS: Mapping[str, _Keys] = {
     "dronecan": _Keys(("esc_index",), ("bidirectional", "reverse")),
+    "vesc": _Keys(("controller_id", "control"), ("minimum", "maximum", "dead_band", "reverse")),
     "dbc": _Keys(("signal", *_SCALE), ("dead_band", "reverse")),
     MAVLINK: _Keys(("servo_channel",), (*_SCALE, "dead_band", "reverse")),
 }
 RPM_KEYS: Mapping[str, _Keys] = {
     "dronecan": _Keys(("esc_index",), ("node_id", "signed", "reverse")),
+    "vesc": _Keys(("controller_id", "pole_pairs"), ("signed", "reverse")),
     "dbc": _Keys(("signal",), ("unit", "pole_pairs", "signed", "reverse", "voltage", "current")),
     MAVLINK: _Keys(("esc_index | rpm_sensor",), ("signed", "reverse")),
 }
@@ -116,7 +120,7 @@ def _bus_problems(bus: CanBus) -> Iterator[Problem]:
         hint = f"did you mean {nearest[0]}?" if nearest else f"want one of {', '.join(sorted(interfaces))}"
         yield Problem(f"{path}.interface", bus.interface, f"unknown to python-can, {hint}")
     if bus.protocol == "dbc" and bus.database is None:
-        yield Problem(f"{path}.database", None, 'missing: protocol "dbc" needs the DBC file')
+        yield Problem(f"{path}.database", None, 'missing: protocol "dbc" needs a .dbc, .kcd, .sym or .arxml file')
     if bus.protocol != "dbc" and bus.database is not None:
         yield Problem(f"{path}.database", bus.database, f'protocol "{bus.protocol}" reads no database: remove it')
     if bus.database is not None and not bus.database.is_file():
@@ -174,6 +178,10 @@ def _scale_problems(thruster: Thruster, protocols: Mapping[str, str]) -> Iterato
     source = thruster.command
     if protocols.get(source.link) == "dbc" and None in (source.minimum, source.neutral, source.maximum):
         return  # told already
+    if protocols.get(source.link) == "vesc" and source.maximum is None and source.control in UNITS_OF_FULL_THRUST:
+        wanted = f"missing: want {UNITS_OF_FULL_THRUST[source.control]} at full thrust"
+        yield Problem(path_of(thruster, "command", "maximum"), None, wanted)
+        return
     try:
         command_scale(source)
     except ValueError as error:
@@ -185,7 +193,8 @@ def _shared_places(thrusters: Sequence[Thruster], protocols: Mapping[str, str]) 
     """Two thrusters cannot have one ESC, one servo output or one signal."""
     for key, place in (("command", "servo_channel"), ("command", "signal"), ("rpm", "signal"), ("rpm", "rpm_sensor")):
         yield from _twins(place, _places(thrusters, protocols, (key,), place))
-    yield from _twins("esc_index", _places(thrusters, protocols, ("command", "rpm"), "esc_index"))
+    for place in ("esc_index", "controller_id"):
+        yield from _twins(place, _places(thrusters, protocols, ("command", "rpm"), place))
 
 
 def _places(
@@ -203,13 +212,14 @@ def _places(
 
 
 def _split_escs(thruster: Thruster, protocols: Mapping[str, str]) -> Iterator[Problem]:
-    """On one DroneCAN bus the command and the speed of a thruster belong to one ESC."""
+    """On one bus the command and the speed of a thruster belong to one ESC."""
     command, rpm = thruster.command, thruster.rpm
-    if command.link != rpm.link or protocols.get(rpm.link) != "dronecan":
+    protocol = protocols.get(rpm.link, "")
+    if command.link != rpm.link or protocol not in _ESC_KEYS:
         return
-    for key in ("esc_index", "reverse"):
+    for key in (_ESC_KEYS[protocol], "reverse"):
         if getattr(command, key) != getattr(rpm, key):
-            wanted = f"command.{key} is {getattr(command, key)!r}: on one DroneCAN bus both are the same ESC"
+            wanted = f"command.{key} is {getattr(command, key)!r}: on one {protocol} bus both are the same ESC"
             yield Problem(path_of(thruster, "rpm", key), getattr(rpm, key), wanted)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from drivers.can.dbc import DbcDecoder, DbcThruster
 from drivers.can.decoder import CanDecoder
 from drivers.can.dronecan import DroneCanDecoder, DroneCanThruster
+from drivers.can.vesc import VescDecoder, VescThruster
 from drivers.command import CommandScale
 from drivers.mavlink.decoder import MavlinkDecoder, MavlinkThruster
 from drivers.mavlink.forwarded_frames import ForwardedFrames
@@ -15,14 +16,19 @@ from gateway.config_sections import MAVLINK, CanBus, CommandSource, Mavlink, Thr
 
 # Blue Robotics' Basic ESC, and ArduSub's own defaults: us
 PWM_MINIMUM_US, PWM_NEUTRAL_US, PWM_MAXIMUM_US, PWM_DEAD_BAND_US = 1100.0, 1500.0, 1900.0, 25.0
+# kinds of control of a VESC whose full command is the vehicle's, and not 1
+UNITS_OF_FULL_THRUST = {"current": "A", "rpm": "electrical rpm"}
 
 
 def command_scale(source: CommandSource) -> CommandScale:
-    """Scale of a command in the unit of its wire; what is left out is as for a Basic ESC on a servo output.
+    """Scale of a command in the unit of its wire; what is left out is as for a Basic ESC on a servo output, and for a
+    VESC's duty cycle or relative current from -1 to 1.
 
     Raises:
         ValueError: numbers that make no scale.
     """
+    if source.control is not None:
+        return _vesc_scale(source)
     return CommandScale(
         minimum=PWM_MINIMUM_US if source.minimum is None else source.minimum,
         neutral=PWM_NEUTRAL_US if source.neutral is None else source.neutral,
@@ -44,6 +50,8 @@ def can_decoder(bus: CanBus, thrusters: Sequence[Thruster]) -> CanDecoder:
     """
     if bus.protocol == "dronecan":
         return DroneCanDecoder([_dronecan(one, bus) for one in thrusters if _uses(one, bus.name)])
+    if bus.protocol == "vesc":
+        return VescDecoder([_vesc(one, bus.name) for one in thrusters if _uses(one, bus.name)])
     if bus.database is None:
         raise ValueError(f"can[name={bus.name}].database: missing, a DBC bus needs its file")
     return DbcDecoder(bus.database, [part for one in thrusters if (part := _dbc(one, bus.name)) is not None])
@@ -97,6 +105,31 @@ def _dronecan(thruster: Thruster, bus: CanBus) -> DroneCanThruster:
         reverse=command.reverse if command.link == bus.name else rpm.reverse,
         signed=rpm.signed is not False,
         node_id=rpm.node_id,
+    )
+
+
+def _vesc_scale(source: CommandSource) -> CommandScale:
+    maximum = 1.0 if source.maximum is None else source.maximum
+    return CommandScale(
+        minimum=-maximum if source.minimum is None else source.minimum,
+        neutral=0.0,
+        maximum=maximum,
+        dead_band=source.dead_band or 0.0,
+        reverse=source.reverse,
+    )
+
+
+def _vesc(thruster: Thruster, link: str) -> VescThruster:
+    command, rpm = thruster.command, thruster.rpm
+    commanded, measured = command.link == link, rpm.link == link
+    return VescThruster(
+        thruster=thruster.number,
+        controller_id=(command.controller_id if commanded else rpm.controller_id) or 0,
+        control=command.control if commanded else None,
+        command_scale=command_scale(command) if commanded else None,
+        pole_pairs=rpm.pole_pairs if measured else None,
+        signed=rpm.signed is not False,
+        reverse=rpm.reverse and measured,
     )
 
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from detectors.speed import FlowModel, SpeedConfig, SpeedCurve
 from detectors.speed.flow_models import TidalConstituent, TidalFlow
+from drivers.can.vesc_messages import encode_command
 from gateway import config as module
 from gateway.config import Config, load, parse
 from gateway.local_frame import LocalFrame
@@ -32,13 +33,14 @@ def problems(text: str, folder: Path = Path("/nowhere")) -> dict[str, str]:
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_examples_load_and_give_decoders(path):
     config = load(path)
-    assert len(config.thruster) == {"bluerov2_heavy_dronecan": 8, "pwm_mavlink_esc": 6, "vendor_dbc": 2}[path.stem]
+    thrusters = {"bluerov2_heavy_dronecan": 8, "pwm_mavlink_esc": 6, "vendor_dbc": 2, "vesc": 4}
+    assert len(config.thruster) == thrusters[path.stem]
     assert all(can_decoder(bus, config.thruster).filters() for bus in config.can)
     assert mavlink_decoder(config.mavlink, config.thruster).drops == {}
 
 
-def test_there_are_three_examples():
-    assert len(EXAMPLES) == 3
+def test_there_are_four_examples():
+    assert len(EXAMPLES) == 4
 
 
 def test_what_is_left_out_has_its_default(config):
@@ -163,6 +165,62 @@ CLASHES = {
     ),
     "not tables": ("thruster = 3", "thruster"),
 }
+
+
+VESC_BUS = '[vehicle]\nname = "x"\n[[can]]\nname = "can0"\nchannel = "can0"\nprotocol = "vesc"\n'
+VESC = 'link = "can0", controller_id = {}'.format
+DUTY = f'{VESC(7)}, control = "duty"'
+SPEED = f"{VESC(7)}, pole_pairs = 7"
+VESC_CLASHES = {
+    "no controller": ('link = "can0", control = "duty"', SPEED, "command.controller_id", "VESC ID"),
+    "no control": (VESC(7), SPEED, "command.control", "SET_DUTY"),
+    "control unheard of": (f'{VESC(7)}, control = "speed"', SPEED, "command.control", "'current_rel'"),
+    "no full thrust": (f'{VESC(7)}, control = "rpm"', SPEED, "command.maximum", "want electrical rpm at full thrust"),
+    "no full current": (f'{VESC(7)}, control = "current"', SPEED, "command.maximum", "want A at full thrust"),
+    "neutral": (f"{DUTY}, neutral = 0.1", SPEED, "command.neutral", "means nothing on a vesc link"),
+    "scale": (f"{DUTY}, maximum = -1", SPEED, "command", "minimum must be below maximum"),
+    "no pole pairs": (DUTY, VESC(7), "rpm.pole_pairs", "pole_pairs: of the motor"),
+    "voltage": (DUTY, f'{SPEED}, voltage = "A.b"', "rpm.voltage", "means nothing on a vesc link"),
+    "two controllers": (
+        DUTY,
+        f"{VESC(8)}, pole_pairs = 7",
+        "rpm.controller_id",
+        "on one vesc bus both are the same ESC",
+    ),
+    "directions": (DUTY, f"{SPEED}, reverse = true", "rpm.reverse", "command.reverse is False"),
+    "out of range": (f'{VESC(255)}, control = "duty"', SPEED, "command.controller_id", "less than or equal to 254"),
+}
+
+
+@pytest.mark.parametrize("name", VESC_CLASHES)
+def test_clash_on_a_vesc_bus(name):
+    command, rpm, key, said = VESC_CLASHES[name]
+    found = problems(VESC_BUS + thruster(1, command, rpm))
+    assert said in found[f"thruster[number=1].{key}"]
+
+
+def test_two_thrusters_cannot_have_one_vesc():
+    found = problems(VESC_BUS + thruster(1, DUTY, SPEED) + thruster(2, DUTY, SPEED))
+    assert list(found) == ["thruster[number=2].command.controller_id"]
+
+
+@pytest.mark.parametrize(
+    ("command", "value", "fraction"),
+    [
+        ('control = "duty"', 0.5, 0.5),
+        ('control = "current_rel", reverse = true', 0.5, -0.5),
+        ('control = "duty", maximum = 0.8, dead_band = 0.1', -0.4, -0.5),
+        ('control = "rpm", maximum = 20000, minimum = -10000', -5000, -0.5),
+        ('control = "current", maximum = 40', 20, 0.5),
+    ],
+)
+def test_what_a_vesc_is_told_becomes_a_fraction(tmp_path, command, value, fraction):
+    config = parse(
+        VESC_BUS + thruster(1, f"{VESC(7)}, {command}", SPEED + ", reverse = true" * ("reverse" in command)), tmp_path
+    )
+    control = config.thruster[0].command.control
+    (reading,) = can_decoder(config.can[0], config.thruster).decode(encode_command(control, value, 7))
+    assert reading.fraction == pytest.approx(fraction)
 
 
 @pytest.mark.parametrize("name", CLASHES)

@@ -3,17 +3,39 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields
+from typing import Protocol, TypeVar
 
 import numpy as np
 
 from drivers.can.frame import EXTENDED_MASK, STANDARD_MASK, CanFilter, CanFrame
 from drivers.can.frame_block import ERROR, EXTENDED, FrameBlock
-from drivers.can.messages.plan import MessageLayout, MessagePlan
+from drivers.can.messages.plan import Columns, IndexArray, MessageLayout
 from drivers.reading_block import CommandColumns, ReadingBlock, ReportColumns
 from drivers.readings import Reading
 
 KIND_SHIFT = 29  # of the bits of a frame's kind, above those of its identifier
+
+_Told = TypeVar("_Told", CommandColumns, ReportColumns)
+
+
+class Plan(Protocol):
+    """What is done with the frames of one message, see `MessagePlan`."""
+
+    @property
+    def message(self) -> MessageLayout:
+        """The message."""
+        ...
+
+    @property
+    def decode(self) -> Callable[[CanFrame], Sequence[Reading]]:
+        """Its readings of one frame."""
+        ...
+
+    def decode_block(self, block: FrameBlock, row: IndexArray) -> Columns:
+        """Its readings of many frames."""
+        ...
 
 
 class MessageDecoder:
@@ -24,7 +46,7 @@ class MessageDecoder:
         drops: where the plans count what is thrown away.
     """
 
-    def __init__(self, plans: Sequence[MessagePlan], drops: Counter[str]) -> None:
+    def __init__(self, plans: Sequence[Plan], drops: Counter[str]) -> None:
         self.drops = drops
         self._plans = {_key(plan.message): plan for plan in plans}
         self._standard = {one.message.identifier: one.decode for one in plans if not one.message.extended}
@@ -45,32 +67,32 @@ class MessageDecoder:
 
     def decode_block(self, block: FrameBlock) -> ReadingBlock:
         """What `decode` gives of each of the frames, and counts, much faster."""
-        commands: list[CommandColumns] = []
+        commands: defaultdict[int, list[CommandColumns]] = defaultdict(list)
         reports: defaultdict[int, list[ReportColumns]] = defaultdict(list)
         keys = block.identifier | (block.kind & (EXTENDED | ERROR)).astype(np.uint32) << KIND_SHIFT
         with np.errstate(over="ignore", invalid="ignore"):  # infinity and NaN are looked for where they matter
             for key, plan in self._plans.items():
-                told, reported = plan.decode_block(block, np.flatnonzero(keys == key))
-                commands += told
+                commanded, reported = plan.decode_block(block, np.flatnonzero(keys == key))
+                for command in commanded:
+                    commands[command.thruster].append(command)
                 for report in reported:
                     reports[report.thruster].append(report)
-        commands.sort(key=lambda one: one.thruster)
-        return ReadingBlock(tuple(commands), tuple(_merged(reports[thruster]) for thruster in sorted(reports)))
+        return ReadingBlock(_of_each_thruster(commands), _of_each_thruster(reports))
 
 
 def _key(message: MessageLayout) -> int:
     return message.identifier | (EXTENDED if message.extended else 0) << KIND_SHIFT
 
 
-def _merged(parts: Sequence[ReportColumns]) -> ReportColumns:
-    """Reports of one thruster from several messages, in the order of their frames."""
+def _of_each_thruster(told: Mapping[int, Sequence[_Told]]) -> tuple[_Told, ...]:
+    return tuple(_merged(told[thruster]) for thruster in sorted(told))
+
+
+def _merged(parts: Sequence[_Told]) -> _Told:
+    """What several messages tell of one thruster, in the order of their frames."""
     if len(parts) == 1:
         return parts[0]
     order = np.argsort(np.concatenate([part.row for part in parts]), kind="stable")
-
-    def column(name: str) -> np.ndarray:
-        together: np.ndarray = np.concatenate([getattr(part, name) for part in parts])[order]
-        return together
-
-    names = ("row", "time_s", "speed_rpm", "voltage_v", "current_a", "temperature_k", "error_count")
-    return ReportColumns(parts[0].thruster, *map(column, names))
+    names = [field.name for field in fields(parts[0]) if field.name != "thruster"]
+    columns = {name: np.concatenate([getattr(part, name) for part in parts])[order] for name in names}
+    return type(parts[0])(parts[0].thruster, **columns)

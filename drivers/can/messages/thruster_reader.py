@@ -15,11 +15,15 @@ from drivers.can.messages.field_layout import FieldLayout
 from drivers.can.messages.signal_reader import Signal, SignalReader
 from drivers.can.messages.speed_reader import SpeedReader, SpeedSignal
 from drivers.command import CommandScale
+from drivers.construction import constructor
 from drivers.reading_block import CommandColumns, ReportColumns
 from drivers.readings import ThrusterCommand, ThrusterReport
 
 FloatArray: TypeAlias = NDArray[np.float64]
 IndexArray: TypeAlias = NDArray[np.intp]
+
+_command = constructor(ThrusterCommand)
+_report = constructor(ThrusterReport)
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +71,7 @@ class CommandReader:
             if fraction is None:
                 drops["command out of range"] += 1
                 return None
-            return ThrusterCommand(time_s, thruster, fraction)
+            return _command(time_s, thruster, fraction)
 
         return read
 
@@ -109,7 +113,7 @@ class ReportReader:
             temperature_k = temperature(numbers) if temperature is not None else None
             if speed_rpm is None and voltage_v is None and current_a is None and temperature_k is None:
                 return None
-            return ThrusterReport(time_s, thruster, speed_rpm, voltage_v, current_a, temperature_k)
+            return _report(time_s, thruster, speed_rpm, voltage_v, current_a, temperature_k, None)
 
         return read
 
