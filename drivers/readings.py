@@ -10,6 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import IntEnum
 
+from drivers.bus_readings import BusReading
+
 
 @dataclass(frozen=True, slots=True)
 class ThrusterCommand:
@@ -354,4 +356,5 @@ Reading = (
     | BusLoad
     | FrameLoss
     | Lateness
+    | BusReading
 )

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from drivers.can.frame import CanFilter, CanFrame
+from drivers.can.frame_block import FrameBlock
+from drivers.reading_block import ReadingBlock
 from drivers.readings import Reading
 
 
@@ -25,4 +27,11 @@ class CanDecoder(Protocol):
 
     def decode(self, frame: CanFrame) -> Sequence[Reading]:
         """Readings that this frame completes; empty for a foreign, unfinished or bad frame."""
+        ...
+
+    def decode_block(self, block: FrameBlock) -> ReadingBlock:
+        """What `decode` gives of its frames one after the other, readings and drops, and much faster.
+
+        Blocks and single frames may come in any turn: what is unfinished at the end of the one goes on in the next.
+        """
         ...

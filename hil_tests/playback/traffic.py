@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from itertools import count
 
 from drivers.can.dronecan import EscStatus, encode_esc_status, encode_raw_command
-from drivers.can.dronecan_esc import COMMAND_MAX
+from drivers.can.dronecan.setpoints import COMMAND_MAX
 from drivers.can.frame import CanFrame
 from hil_tests.playback.series import ThrusterSeries
 

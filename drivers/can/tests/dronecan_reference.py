@@ -3,7 +3,7 @@
 import dronecan
 from dronecan.transport import Frame, Transfer
 
-from drivers.can.dronecan_esc import EscStatus
+from drivers.can.dronecan.esc_status import EscStatus
 from drivers.can.frame import CanFrame
 
 esc = dronecan.uavcan.equipment.esc

@@ -6,9 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from drivers.bus_readings import BusReading, EscConflict
 from drivers.can.dronecan import DroneCanDecoder, DroneCanThruster, encode_esc_status, encode_raw_command
-from drivers.can.dronecan_esc import EscStatus
-from drivers.can.dronecan_transfer import TRANSFER_TIMEOUT_S
+from drivers.can.dronecan.esc_status import EscStatus
+from drivers.can.dronecan.transfer import TRANSFER_TIMEOUT_S
 from drivers.can.frame import CanFrame
 from drivers.can.tests import dronecan_reference as reference
 from drivers.readings import ThrusterCommand, ThrusterReport
@@ -102,10 +103,10 @@ def test_filters_let_through_what_is_decoded_and_not_its_neighbours():
     filters = DroneCanDecoder(EIGHT).filters()
     wanted = [*encode_raw_command([1] * 8, 10, 0), *encode_esc_status(status(), 99, 0, priority=3)]
     assert all(any(wants.matches(frame) for wants in filters) for frame in wanted)
-    node_status = CanFrame(0.0, 24 << 24 | 341 << 8 | 20, b"\0" * 8)
+    rpm_sensor = CanFrame(0.0, 24 << 24 | 1045 << 8 | 20, b"\0" * 8)
     service = CanFrame(0.0, wanted[0].identifier | 0x80, b"\0" * 8)
     standard = CanFrame(0.0, 0x406, b"\0" * 8, extended=False)
-    assert not any(wants.matches(frame) for wants in filters for frame in (node_status, service, standard))
+    assert not any(wants.matches(frame) for wants in filters for frame in (rpm_sensor, service, standard))
 
 
 # What is not measured, or not plausible
@@ -147,7 +148,7 @@ def test_infinity_is_none_and_counted():
 
 def test_another_node_than_the_configured_one_is_not_believed():
     decoder = DroneCanDecoder([DroneCanThruster(1, 0, node_id=20)])
-    assert feed(decoder, encode_esc_status(status(), 21, 0)) == []
+    assert feed(decoder, encode_esc_status(status(), 21, 0)) == [EscConflict(0.0, 1, 0, (21,), 20)]
     assert only_status(decoder, status(), node=20).thruster == 1
     assert decoder.drops == {"unknown node": 1}
 
@@ -187,7 +188,7 @@ def test_foreign_frames_pass_uncounted():
     decoder = DroneCanDecoder(EIGHT)
     frame = encode_esc_status(status(), 20, 0)[0]
     for foreign in (
-        CanFrame(0.0, 341 << 8 | 20, bytes(8)),
+        CanFrame(0.0, 1045 << 8 | 20, bytes(8)),
         CanFrame(0.0, 0x406, bytes(8), extended=False),
         CanFrame(0.0, frame.identifier | 0x80, frame.data),
         CanFrame(0.0, frame.identifier, frame.data, error=True),
@@ -293,7 +294,7 @@ def test_frames_of_two_transfers_are_not_joined():
 
 identifiers = st.builds(
     lambda kind, source, priority: priority << 24 | kind << 8 | source,
-    st.sampled_from([1030, 1034]),
+    st.sampled_from([341, 1030, 1031, 1034, 1036]),
     st.integers(0, 255),
     st.integers(0, 31),
 )
@@ -304,7 +305,7 @@ def test_no_bytes_make_it_raise(frames):
     decoder = DroneCanDecoder(EIGHT)
     for identifier, data, time_s in frames:
         for reading in decoder.decode(CanFrame(time_s, identifier, data)):
-            assert isinstance(reading, ThrusterCommand | ThrusterReport)
+            assert isinstance(reading, ThrusterCommand | ThrusterReport | BusReading)
 
 
 @given(st.data())

@@ -7,17 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drivers.can.dronecan_esc import (
-    ESC_STATUS,
-    RAW_COMMAND,
-    EscStatus,
-    encode_esc_status,
-    encode_raw_command,
-    pack_commands,
-    pack_status,
-    unpack_commands,
-    unpack_status,
-)
+from drivers.can.dronecan.esc_status import ESC_STATUS, EscStatus, encode_esc_status, pack_status, unpack_status
+from drivers.can.dronecan.setpoints import RAW_COMMAND, encode_raw_command
 from drivers.can.tests import dronecan_reference as reference
 
 commands = st.lists(st.integers(-8192, 8191), max_size=20)
@@ -45,9 +36,9 @@ def same(a, b):
 
 
 def test_signatures_are_those_of_the_definitions():
-    assert reference.esc.RawCommand.get_data_type_signature() == RAW_COMMAND.signature
+    assert reference.esc.RawCommand.get_data_type_signature() == RAW_COMMAND.data_type.signature
     assert reference.esc.Status.get_data_type_signature() == ESC_STATUS.signature
-    assert reference.esc.RawCommand.default_dtid == RAW_COMMAND.identifier
+    assert reference.esc.RawCommand.default_dtid == RAW_COMMAND.data_type.identifier
     assert reference.esc.Status.default_dtid == ESC_STATUS.identifier
 
 
@@ -68,7 +59,7 @@ def test_the_package_reads_our_raw_command(values, node, transfer_id):
 
 @given(commands)
 def test_commands_survive_packing(values):
-    assert unpack_commands(pack_commands(values)) == values
+    assert RAW_COMMAND.unpack(RAW_COMMAND.pack(values)) == values
 
 
 @given(finite_statuses, nodes, transfer_ids)
@@ -98,7 +89,7 @@ def test_status_survives_packing(values):
 
 @pytest.mark.parametrize("size", [size for size in range(64) if size not in {(14 * n + 7) // 8 for n in range(21)}])
 def test_commands_of_an_impossible_length_are_none(size):
-    assert unpack_commands(bytes(size)) is None
+    assert RAW_COMMAND.unpack(bytes(size)) is None
 
 
 @pytest.mark.parametrize("size", [size for size in range(64) if size != 14])

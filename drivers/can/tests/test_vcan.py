@@ -9,7 +9,7 @@ import pytest
 import drivers.can.socketcan as socketcan_module
 from drivers.can.bus import CanLink
 from drivers.can.dronecan import DroneCanDecoder, DroneCanThruster, encode_raw_command
-from drivers.can.dronecan_esc import EscStatus, encode_esc_status
+from drivers.can.dronecan.esc_status import EscStatus, encode_esc_status
 from drivers.can.frame import CanFilter, CanFrame
 from drivers.can.tests.conftest import ip_link
 from drivers.can.tests.link_listener import running, until

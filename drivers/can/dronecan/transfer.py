@@ -18,6 +18,7 @@ TOGGLE = 0x20
 TRANSFER_ID_MASK = 0x1F
 SOURCE_MASK = 0x7F
 MESSAGE_MASK = 0x00FF_FF80  # data type, and the bit that tells a service from a message
+STREAM_MASK = MESSAGE_MASK | SOURCE_MASK
 # A node that was silent this long may use any transfer id, and a transfer left open this long is lost.
 TRANSFER_TIMEOUT_S = 2.0
 CRC_BYTES = 2
@@ -52,6 +53,12 @@ class DataType:
         return crc_hqx(payload, crc_hqx(self.signature.to_bytes(8, "little"), 0xFFFF))
 
 
+def check_range(name: str, value: int, lowest: int, highest: int) -> None:
+    """ValueError: a field that does not fit the wire."""
+    if not lowest <= value <= highest:
+        raise ValueError(f"{name} must lie in {lowest}..{highest}, got {value}")
+
+
 def split(
     data_type: DataType, payload: bytes, *, source_node: int, transfer_id: int, priority: int, time_s: float
 ) -> list[CanFrame]:
@@ -68,10 +75,8 @@ def split(
     Raises:
         ValueError: node or priority out of range.
     """
-    if not 1 <= source_node <= NODE_ID_MAX:
-        raise ValueError(f"source_node must lie in 1..{NODE_ID_MAX}, got {source_node}")
-    if not 0 <= priority <= 31:
-        raise ValueError(f"priority must lie in 0..31, got {priority}")
+    check_range("source_node", source_node, 1, NODE_ID_MAX)
+    check_range("priority", priority, 0, 31)
     step = CLASSIC_DATA_BYTES - 1
     if len(payload) > step:
         payload = data_type.crc(payload).to_bytes(CRC_BYTES, "little") + payload
@@ -111,9 +116,8 @@ class TransferReceiver:
         self._done_s = 0.0
         self._why_closed = "missing start"
 
-    def accept(self, frame: CanFrame) -> bytes | None:
+    def accept(self, data: bytes, time_s: float) -> bytes | None:
         """Take the next frame; the payload if it completes a transfer."""
-        data = frame.data
         if not data:
             self._drops["empty frame"] += 1
             return None
@@ -122,11 +126,21 @@ class TransferReceiver:
         if data == self._last and (self._parts or not starts):  # CAN may deliver a frame twice; it never means two
             self._drops["repeated frame"] += 1
             return None
-        cause = self._begin(tail, frame.time_s) if starts else self._check(tail, frame.time_s)
+        cause = self._begin(tail, time_s) if starts else self._check(tail, time_s)
         if cause:
             self._close(cause)
             return None
-        return self._take(data, frame.time_s)
+        return self._take(data, time_s)
+
+    def completed(self, transfer_id: int, time_s: float) -> bool:
+        """Whether no transfer is open, and the last that was completed is this one."""
+        return not self._parts and self._done_id == transfer_id and self._done_s == time_s
+
+    def resume(self, last: bytes, time_s: float) -> None:
+        """Go on as if it had taken the frames of a transfer that was complete with this one."""
+        self._parts.clear()
+        self._why_closed = "missing start"
+        self._last, self._done_id, self._done_s = last, last[-1] & TRANSFER_ID_MASK, time_s
 
     def _begin(self, tail: int, time_s: float) -> str:
         """Open a transfer; the cause if it must not be."""
