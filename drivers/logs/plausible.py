@@ -15,11 +15,18 @@ IndexArray: TypeAlias = NDArray[np.intp]
 Mask: TypeAlias = NDArray[np.bool_]
 
 
-def refuse(damage: DamageReport, place: IndexArray, refused: Mask, cause: str) -> None:
-    """Tells how many of (N,) rows are passed over, and where the first of them stands."""
+def refuse(damage: DamageReport, offset: IndexArray, refused: Mask, cause: str) -> None:
+    """Tells how many of (N,) rows are passed over, and where in the log the first of them stands."""
     count = int(refused.sum())
     if count:
-        damage.add(cause, f"offset {int(place[refused][0])}", count)
+        damage.add(cause, f"offset {int(offset[refused][0])}", count)
+
+
+def refuse_at(damage: DamageReport, boot_s: FloatArray, refused: Mask, cause: str) -> None:
+    """The same of a log that does not tell where in it a row stands: by its time since the autopilot's start."""
+    count = int(refused.sum())
+    if count:
+        damage.add(cause, f"{boot_s[refused][0]:.3f} s", count)
 
 
 def within(columns: FloatArray, limit: float) -> Mask:
