@@ -32,6 +32,7 @@ from gateway.config_sections import (
 )
 from gateway.consistency import inconsistencies
 from gateway.detector_settings import DetectorSettings
+from gateway.forwarded_can_settings import sampled
 from gateway.navigation_settings import navigation_settings
 from gateway.problems import ConfigError, Problem, from_validation, unknown_key
 from gateway.speed_settings import speed_settings
@@ -86,6 +87,11 @@ class Config:
     def bus(self, name: str) -> CanBus | None:
         """The CAN bus of that name."""
         return next((bus for bus in self.can if bus.name == name), None)
+
+    def alignment(self, thruster: Thruster) -> Align:
+        """How commands and speeds of a thruster become samples: see `gateway.forwarded_can_settings.sampled`."""
+        links = {thruster.command.link, thruster.rpm.link}
+        return sampled(self.align) if any(bus.forwarded and bus.name in links for bus in self.can) else self.align
 
     def links(self) -> list[str]:
         """Names of all links."""

@@ -49,6 +49,8 @@ from gateway.rules import observations, silence_watch, supervisor
 from gateway.sensor_watch import NavigationFactory
 from gateway.silence import AUTOPILOT
 from gateway.speed_channel import SpeedChannel, SpeedFactory
+from gateway.stretch import BlockArrival, Stretch
+from gateway.stretch_judging import Parts, judge_stretch
 from gateway.supervisor import Memory, Outgoing
 from gateway.thruster_channel import ThrusterChannel, ThrusterFactory
 from gateway.timeline import Timeline
@@ -159,6 +161,29 @@ class Pipeline:
             channel.judge()
         return [outcome for step in steps for outcome in step()]
 
+    def take_stretch(self, arrivals: Sequence[BlockArrival]) -> list[Outcome]:
+        """Takes readings of several links over the same stretch of time, as columns: a hundred times as fast.
+
+        They are in the order of their times, those of one link in the order of their rows; no stretch should begin
+        before the one before ends. The findings are those of the same readings one by one. Values for ground stations
+        to plot are not given, and of the judgements only some.
+        """
+        stretch = Stretch.of(arrivals)
+        if not self._timeline.passes(stretch.time_s):
+            return self.take([Arrival(link, [reading]) for _, link, reading in stretch.readings()])
+        parts = Parts(
+            timeline=self._timeline,
+            silence=self._silence,
+            supervisor=self._supervisor,
+            channels=tuple(self._channels.values()),
+            routes=self._routes,
+            hear=self._hear,
+            judged=self._judged,
+            tick=self._tick,
+            drops=self._drops,
+        )
+        return list(judge_stretch(stretch, parts))
+
     def accept(self, subject: str, time_s: float) -> list[Outcome]:
         """The operator says that a subject is well as it is: how it is now is its reference from now on.
 
@@ -221,7 +246,7 @@ class Pipeline:
     def _time(self, time_s: float) -> _Step:
         """The ticks up to a time, of which those that nobody was there for are no silence."""
         woken_s = time_s if self._timeline.stands_still(time_s) else None
-        return partial(self._tick, tuple(self._timeline.ticks(time_s)), woken_s)
+        return partial(self._ticks, tuple(self._timeline.ticks(time_s)), woken_s)
 
     def _align(self, link: str, reading: Reading) -> _Taken:
         """Gives a reading to the channels that it is for; a thruster's over another link than its own is counted."""
@@ -231,15 +256,18 @@ class Pipeline:
             self._drops["not the configured source"] += 1
         return tuple((channel, channel.align(reading)) for channel in channels)
 
-    def _tick(self, ticks_s: Iterable[float], woken_s: float | None) -> Iterator[Outcome]:
+    def _ticks(self, ticks_s: Iterable[float], woken_s: float | None) -> Iterator[Outcome]:
         if woken_s is not None:
             self._silence.wake(woken_s)
         for tick_s in ticks_s:
-            silences = self._silence.judge(tick_s, self._supervisor.disarmed())
-            for heard in chain(silences, self._conflicts.advance(tick_s)):
-                yield from self._supervisor.observe(heard)
-            yield from self._supervisor.advance(tick_s)
+            yield from self._tick(tick_s)
             yield from self._plots.advance(tick_s)
+
+    def _tick(self, tick_s: float) -> Iterator[Outgoing]:
+        silences = self._silence.judge(tick_s, self._supervisor.disarmed(), self._supervisor.steady)
+        for heard in chain(silences, self._conflicts.advance(tick_s)):
+            yield from self._supervisor.observe(heard)
+        yield from self._supervisor.advance(tick_s)
 
     def _hear(self, link: str, reading: Reading, taken: _Taken) -> Iterator[Outcome]:
         if isinstance(reading, LinkState):
@@ -250,11 +278,14 @@ class Pipeline:
             if signal is not None:
                 self._silence.hear_signal(signal, reading.time_s, rare)
             for judgement in channel.judgements(samples):
-                yield judgement
                 self._plots.take(channel.subject, judgement)
-                for observed in observations(judgement):
-                    yield from self._supervisor.observe(observed)
+                yield from self._judged(judgement)
         yield from self._attend(reading)
+
+    def _judged(self, judgement: Judgement) -> Iterator[Outcome]:
+        yield judgement
+        for observed in observations(judgement):
+            yield from self._supervisor.observe(observed)
 
     def _attend(self, reading: Reading) -> Iterator[Outcome]:
         """What is no sample of a detector: autopilot, operator, links, this machine."""

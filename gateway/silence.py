@@ -8,7 +8,7 @@ do not send any then.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 from detectors.verdict import Level
@@ -21,6 +21,14 @@ START_S = 5.0
 RARE_S = 3.0
 # subject of the autopilot's HEARTBEAT, which may be lost while others still speak on the link
 AUTOPILOT = "autopilot"
+
+
+# whether nothing comes of a subject that is observed in a level once more, see `Supervisor.steady`
+Steady = Callable[[str, float, Level], bool]
+
+
+def _never(_subject: str, _time_s: float, _level: Level) -> bool:
+    return False
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,13 +70,14 @@ class _Ear:
         """Something came, and too rarely to be of use."""
         self._rare_s = time_s
 
-    def hear(self, time_s: float) -> None:
+    def hear(self, time_s: float, until_s: float) -> None:
         if self._since_s is not None and time_s < self._since_s:
+            self._since_s = max(self._since_s, until_s)
             return  # late, and no news
         if self._heard and self.silent(time_s):
             self._silence_s = self.age_s(time_s)
         self._heard = True
-        self._since_s = time_s
+        self._since_s = until_s
 
     def start(self, time_s: float) -> None:
         """Silence counts from now on, as if it had been heard."""
@@ -82,9 +91,12 @@ class _Ear:
         limit_s = self.watched.limit_s if self._heard else max(self.watched.limit_s, START_S)
         return self.age_s(time_s) > limit_s
 
-    def observation(self, time_s: float, trouble: str = "") -> Observation | None:
+    def observation(self, time_s: float, steady: Steady, trouble: str = "") -> Observation | None:
         """What to say now; `trouble` that the driver tells counts at once, but not while a link still begins."""
-        if self.silent(time_s) or (trouble and self._heard):
+        silent = self.silent(time_s)
+        if not (silent or trouble) and steady(self.watched.subject, time_s, Level.NORMAL):
+            return None
+        if silent or (trouble and self._heard):
             rare = time_s - self._rare_s <= max(self.watched.limit_s, RARE_S)
             trouble = trouble or ("too rare to judge by" if rare else f"silent {self.age_s(time_s):.1f} s")
             return self._observation(time_s, Level.SUSPECT, trouble, ())
@@ -117,26 +129,39 @@ class SilenceWatch:
         """All that is listened for, as in the findings."""
         return frozenset(ear.watched.subject for ear in (*self._links.values(), *self._signals.values()))
 
-    def hear_link(self, link: str, time_s: float) -> None:
-        """A reading came over this link."""
+    def hear_link(self, link: str, time_s: float, until_s: float | None = None) -> None:
+        """A reading came over this link; `until_s`: and others until then, without a gap as long as `patience_s`."""
         ear = self._links.get(link)
         if ear is not None:
             if ear.silent(time_s):
                 self._give_signals_time(link, time_s)
-            ear.hear(time_s)
+            ear.hear(time_s, time_s if until_s is None else until_s)
 
-    def hear_signal(self, subject: str, time_s: float, rare: bool = False) -> None:
+    def patience_s(self, link: str, subject: str | None = None) -> float:
+        """For how long a link, or a signal of it, may say nothing without anybody noticing, even another signal."""
+        watched = [ear.watched for ear in (self._links.get(link), *self._signals_of(link)) if ear is not None]
+        if subject is None:
+            # others are judged only while the link was heard of late: see `_alive`
+            return min((one.limit_s for one in watched), default=math.inf) / 2.0
+        return min((one.limit_s for one in watched if one.subject == subject), default=math.inf)
+
+    def hear_signal(self, subject: str, time_s: float, rare: bool = False, until_s: float | None = None) -> None:
         """Something of this signal came in, and so of that which it is a part of.
 
         Args:
             subject: of the signal; one that is not watched is let pass.
             time_s: when.
             rare: it comes, but too rarely to be of use: as good as silent.
+            until_s: from then on it came again and again until now, without a gap longer than `patience_s`.
         """
         part = self._signals.get(subject)
         for ear in () if part is None else (part, self._whole(part)):
-            if ear is not None:
-                (ear.hear_rare if rare else ear.hear)(time_s)
+            if ear is None:
+                continue
+            if rare:
+                ear.hear_rare(time_s)
+            else:
+                ear.hear(time_s, time_s if until_s is None else until_s)
 
     def link_state(self, state: LinkState) -> None:
         """The driver says that a link came up, went down, or has trouble while it is up."""
@@ -151,8 +176,8 @@ class SilenceWatch:
         for ear in (*self._links.values(), *self._signals.values()):
             ear.start(time_s)
 
-    def judge(self, time_s: float, disarmed: bool) -> Iterator[Observation]:
-        """What is silent and what is not, at a tick."""
+    def judge(self, time_s: float, disarmed: bool, steady: Steady = _never) -> Iterator[Observation]:
+        """What is silent and what is not, at a tick; what is steady need not be said."""
         if not self._started:
             self._started = True
             self.wake(time_s)
@@ -161,15 +186,15 @@ class SilenceWatch:
                 ear.start(time_s)
                 self._give_signals_time(link, time_s)
                 continue
-            yield from _some(ear.observation(time_s, self._trouble(link)))
+            yield from _some(ear.observation(time_s, steady, self._trouble(link)))
             if self._is_up(link):
-                yield from self._judge_signals(link, time_s, disarmed)
+                yield from self._judge_signals(link, time_s, disarmed, steady)
 
     def _lacks_carrier(self, link: Watched, time_s: float) -> bool:
         carrier = link.carrier
         return carrier is not None and not (self._is_up(carrier) and self._alive(carrier, link.limit_s, time_s))
 
-    def _judge_signals(self, link: str, time_s: float, disarmed: bool) -> Iterator[Observation]:
+    def _judge_signals(self, link: str, time_s: float, disarmed: bool, steady: Steady) -> Iterator[Observation]:
         for signal in self._signals_of(link):
             if not self._alive(link, signal.watched.limit_s, time_s):
                 continue
@@ -177,7 +202,7 @@ class SilenceWatch:
             if (disarmed and signal.watched.armed_only) or (whole is not None and whole.silent(time_s)):
                 signal.start(time_s)
             else:
-                yield from _some(signal.observation(time_s))
+                yield from _some(signal.observation(time_s, steady))
 
     def _whole(self, part: _Ear) -> _Ear | None:
         return None if part.watched.part_of is None else self._signals[part.watched.part_of]

@@ -80,6 +80,14 @@ class Supervisor:
         """True where the autopilot is known to be disarmed."""
         return self._autopilot.armed is False
 
+    def steady(self, subject: str, time_s: float, level: Level) -> bool:
+        """True where nothing comes of it when a subject is observed in this level once more.
+
+        Of thousands of readings a second, hardly any is news: whoever asks first need not put the others in words.
+        """
+        found = self._subjects.get(subject)
+        return found is not None and found.steady(time_s, level)
+
     @property
     def intervention(self) -> State:
         """How far the autopilot was asked to do something."""

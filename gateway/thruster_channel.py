@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
-from math import nan
+from math import isnan, nan
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from detectors.thruster import ThrusterConfig, ThrusterSample, ThrusterVerdict
 from detectors.thruster.wear import CommissionedCurve
+from drivers.reading_block import CommandColumns, ReportColumns
 from drivers.readings import Reading, ThrusterCommand, ThrusterReport
 from gateway.align import ThrusterAligner
+from gateway.align_columns import SampleColumns, align_columns
 from gateway.channel import Channel, Learnt, Source, ThrusterJudgement
 from gateway.config import Config
 from gateway.config_sections import MAVLINK, Thruster
@@ -23,11 +25,43 @@ from gateway.silence import Watched
 
 
 class Verdicts(Protocol):
-    """Verdicts of a block of samples."""
+    """Verdicts of a block of samples. `level`: (N,) of `Level`."""
+
+    @property
+    def level(self) -> NDArray[np.int64]:
+        """One for each sample."""
+        ...
 
     def row(self, index: int) -> ThrusterVerdict:
         """One of them."""
         ...
+
+
+@dataclass(frozen=True, slots=True)
+class JudgedColumns:
+    """Samples of a thruster as columns, and what its detector said of them.
+
+    Attributes:
+        thruster: its number.
+        samples, verdicts: (N,) each.
+    """
+
+    thruster: int
+    samples: SampleColumns
+    verdicts: Verdicts
+
+    def judgement(self, row: int) -> ThrusterJudgement:
+        """One of them."""
+        samples = self.samples
+        volts, amperes = float(samples.voltage_v[row]), float(samples.current_a[row])
+        sample = ThrusterSample(
+            float(samples.time_s[row]),
+            float(samples.command[row]),
+            float(samples.speed_rpm[row]),
+            None if isnan(volts) else volts,
+            None if isnan(amperes) else amperes,
+        )
+        return ThrusterJudgement(self.thruster, sample, self.verdicts.row(row))
 
 
 class Detector(Protocol):
@@ -79,7 +113,7 @@ class ThrusterChannel(Channel[ThrusterSample]):
     """
 
     def __init__(self, thruster: Thruster, config: Config, make: ThrusterFactory) -> None:
-        align, number = config.align, thruster.number
+        align, number = config.alignment(thruster), thruster.number
         super().__init__(f"thruster {number}", _sources(thruster), _signals(thruster, config.supervisor.silent_s))
         self._number = number
         self._command_signal, self._rpm_signal, esc = (f"thruster {number} {what}" for what in SIGNALS)
@@ -92,6 +126,29 @@ class ThrusterChannel(Channel[ThrusterSample]):
         self._remake = partial(make, settings)
         self._meaning = thruster.model_dump_json(exclude={"name", "ahead", "right"})
         self._settings = f"{config.detector.thruster!r} {align.model_dump_json()}"
+
+    def judge_columns(
+        self, commands: CommandColumns, reports: ReportColumns, commands_before: NDArray[np.intp]
+    ) -> JudgedColumns | None:
+        """Takes a stretch of its readings, as `align_columns` does, and judges the samples that they complete.
+
+        Returns:
+            None, and nothing was taken, where they have to be taken one by one.
+        """
+        samples = align_columns(self._aligner, commands, reports, commands_before)
+        if samples is None:
+            return None
+        columns = (samples.time_s, samples.command, samples.speed_rpm, samples.voltage_v, samples.current_a)
+        judged = JudgedColumns(self._number, samples, self._detector.run(*columns))
+        if len(samples):
+            self.newest = judged.judgement(len(samples) - 1)
+        return judged
+
+    def signal_of(self, kind: type[Reading], measured: bool) -> str | None:
+        """The watched signal that a reading belongs to; `measured`: it has a speed."""
+        if kind is ThrusterCommand:
+            return self._command_signal
+        return self._rpm_signal if measured else self._esc_signal
 
     def accept(self) -> None:
         """The present curve is the commissioned one from now on."""
@@ -120,12 +177,12 @@ class ThrusterChannel(Channel[ThrusterSample]):
         match reading:
             case ThrusterCommand():
                 self._aligner.command(reading.time_s, reading.fraction)
-                return (), self._command_signal
+                return (), self.signal_of(ThrusterCommand, measured=False)
             case ThrusterReport():
                 samples = self._aligner.report(
                     reading.time_s, reading.speed_rpm, reading.voltage_v, reading.current_a
                 )
-                return samples, self._esc_signal if reading.speed_rpm is None else self._rpm_signal
+                return samples, self.signal_of(ThrusterReport, measured=reading.speed_rpm is not None)
         return (), None
 
     def _is_rare(self, signal: str) -> bool:

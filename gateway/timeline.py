@@ -6,6 +6,9 @@ import math
 from collections import Counter
 from collections.abc import Iterator
 
+import numpy as np
+from numpy.typing import NDArray
+
 from gateway.align import is_time
 
 TICKS_PER_S = 10
@@ -48,6 +51,16 @@ class Timeline:
             return self._confirms(time_s, self._newest_s)
         self._far_count = 0
         return True
+
+    def passes(self, times_s: NDArray[np.float64]) -> bool:
+        """Whether these times (N,) go on from the last one in order and without a break: all of them are believed."""
+        if not len(times_s):
+            return True
+        if self._newest_s is None:
+            self.admits(float(times_s[0]))
+        newest_s = math.inf if self._newest_s is None else self._newest_s
+        steps_s = np.diff(times_s, prepend=newest_s)
+        return bool(((steps_s >= 0.0) & (steps_s <= STILL_S)).all()) and is_time(float(times_s[-1]))
 
     def stands_still(self, time_s: float) -> bool:
         """Whether nothing at all has happened before an admitted time for so long that nobody was there to see it."""

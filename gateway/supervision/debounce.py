@@ -76,6 +76,16 @@ class Debounce:
         if level is Level.NORMAL and {Event.GOOD, Event.LEARNING} <= self._since_s.keys():
             self._since_s[Event.GOOD] += time_s - self._since_s[Event.LEARNING]
 
+    def steady(self, time_s: float, level: Level) -> bool:
+        """True where this level, again from now on, only says again what has lasted long enough.
+
+        Only for NORMAL and UNKNOWN.
+        """
+        event = Event.GOOD if level is Level.NORMAL else Event.LEARNING
+        since_s = self._since_s.get(event)
+        alone = since_s is not None and len(self._since_s) == 1 and not self._muted
+        return alone and since_s is not None and time_s - since_s >= self._lasts_s[event]
+
     def mute(self) -> None:
         """What is bad now has been dealt with: it counts again only after it was away, or after `unmute`."""
         self._muted = True

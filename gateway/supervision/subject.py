@@ -86,6 +86,11 @@ class Subject:
             return True
         return event not in (Event.GOOD, Event.DISARMED) or event in self.policy.cleared_by
 
+    def steady(self, time_s: float, level: Level) -> bool:
+        """True where an observation of this level from now on would change nothing but `seen`."""
+        calm = level is self.level and level < Level.SUSPECT and not self.seen.relies_on
+        return calm and self.debounce.steady(time_s, level)
+
     def silenced(self, time_s: float) -> bool:
         """True where texts of it do not go out."""
         return self.policy.silent or time_s < self.muted_until_s

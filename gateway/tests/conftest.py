@@ -111,6 +111,10 @@ class ThresholdDetector:
 class Rows(list):
     """Verdicts of a block."""
 
+    @property
+    def level(self) -> np.ndarray:
+        return np.array([int(one.level) for one in self], dtype=np.int64)
+
     def row(self, index: int) -> ThrusterVerdict:
         return self[index]
 
