@@ -115,6 +115,9 @@ class CommandSource(Section):
     link: str = Field(description='name of a [[can]] bus, or "mavlink"')
     esc_index: int | None = Field(None, ge=0, le=19, description="DroneCAN: place in esc.RawCommand, from 0")
     bidirectional: bool = Field(True, description="DroneCAN: False where 0..8191 is idle to full ahead")
+    maximum_rpm: Annotated[float, Field(gt=0, le=131_071)] | None = Field(
+        None, description="DroneCAN: rpm at full thrust, for esc.RPMCommand; left out: esc.RawCommand is read"
+    )
     servo_channel: int | None = Field(None, ge=1, le=32, description="MAVLink: output in SERVO_OUTPUT_RAW, from 1")
     controller_id: int | None = Field(None, ge=0, le=254, description='VESC: its "VESC ID" in VESC Tool')
     control: Control | None = Field(None, description="VESC: which commands it gets: SET_DUTY, SET_CURRENT...")

@@ -43,7 +43,7 @@ _SCALE = ("minimum", "neutral", "maximum")
 # where an ESC has a place of its own on the bus, the key that says which
 _ESC_KEYS: Mapping[str, str] = {"dronecan": "esc_index", "vesc": "controller_id"}
 COMMAND_KEYS: Mapping[str, _Keys] = {
-    "dronecan": _Keys(("esc_index",), ("bidirectional", "reverse")),
+    "dronecan": _Keys(("esc_index",), ("bidirectional", "maximum_rpm", "reverse")),
     "vesc": _Keys(("controller_id", "control"), ("minimum", "maximum", "dead_band", "reverse")),
     "dbc": _Keys(("signal", *_SCALE), ("dead_band", "reverse")),
     MAVLINK: _Keys(("servo_channel",), (*_SCALE, "dead_band", "reverse")),
@@ -182,6 +182,9 @@ def _scale_problems(thruster: Thruster, protocols: Mapping[str, str]) -> Iterato
         wanted = f"missing: want {UNITS_OF_FULL_THRUST[source.control]} at full thrust"
         yield Problem(path_of(thruster, "command", "maximum"), None, wanted)
         return
+    if source.maximum_rpm is not None and not source.bidirectional:
+        wanted = "means nothing with maximum_rpm: of esc.RPMCommand 0 is always neutral"
+        yield Problem(path_of(thruster, "command", "bidirectional"), False, wanted)
     try:
         command_scale(source)
     except ValueError as error:

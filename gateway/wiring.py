@@ -102,6 +102,7 @@ def _dronecan(thruster: Thruster, bus: CanBus) -> DroneCanThruster:
         thruster=thruster.number,
         esc_index=esc_index or 0,
         bidirectional_command=command.bidirectional,
+        maximum_rpm=command.maximum_rpm,
         reverse=command.reverse if command.link == bus.name else rpm.reverse,
         signed=rpm.signed is not False,
         node_id=rpm.node_id,
