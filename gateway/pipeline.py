@@ -23,6 +23,7 @@ from detectors.navigation.detector import NavigationDetector
 from detectors.speed import SpeedDetector
 from detectors.thruster import ThrusterDetector
 from detectors.verdict import Level
+from drivers.bus_readings import BusReading
 from drivers.mavlink.messages import CommandAck, NamedValue
 from drivers.readings import (
     AutopilotConflict,
@@ -38,6 +39,7 @@ from drivers.readings import (
     ThrusterCommand,
     ThrusterReport,
 )
+from gateway.bus_watch import BusWatch
 from gateway.channel import Aligned, Channel, Judgement, Learnt, Source
 from gateway.config import Config
 from gateway.conflicts import ConflictWatch
@@ -116,6 +118,7 @@ class Pipeline:
         self._silence = silence_watch(config, signals)
         self._supervisor = supervisor(config)
         self._conflicts = ConflictWatch()
+        self._buses = BusWatch()
         self._desk = OperatorDesk(self._channels, self._supervisor)
         self._plots = Plots(0.0 if config.mavlink is None else config.mavlink.named_values_period_s)
         self._load_max = {bus.name: bus.load_max for bus in config.can}
@@ -265,7 +268,7 @@ class Pipeline:
 
     def _tick(self, tick_s: float) -> Iterator[Outgoing]:
         silences = self._silence.judge(tick_s, self._supervisor.disarmed(), self._supervisor.steady)
-        for heard in chain(silences, self._conflicts.advance(tick_s)):
+        for heard in chain(silences, self._conflicts.advance(tick_s), self._buses.advance(tick_s)):
             yield from self._supervisor.observe(heard)
         yield from self._supervisor.advance(tick_s)
 
@@ -280,6 +283,9 @@ class Pipeline:
             for judgement in channel.judgements(samples):
                 self._plots.take(channel.subject, judgement)
                 yield from self._judged(judgement)
+        if isinstance(reading, BusReading):
+            for told in self._buses.take(link, reading, self._supervisor.disarmed()):
+                yield from self._supervisor.observe(told)
         yield from self._attend(reading)
 
     def _judged(self, judgement: Judgement) -> Iterator[Outcome]:
