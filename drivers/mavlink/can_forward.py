@@ -54,6 +54,7 @@ class CanForward:
 
     Attributes:
         drops: "frame of another bus".
+        refused: MAV_RESULT of a refusal; None: it was granted, or not answered yet.
     """
 
     def __init__(self, link: str, bus: int, ids: Sequence[int] | None) -> None:
@@ -62,7 +63,7 @@ class CanForward:
         self._autopilot: AutopilotHeartbeat | None = None
         self._due_s = self._asked_s = self._granted_s = self._frame_s = -math.inf
         self._other_bus, self._other_s = 0, -math.inf
-        self._refusal = ""
+        self.refused: int | None = None
         self._anew = True
         self._told: tuple[bool, str] | None = None
 
@@ -76,7 +77,7 @@ class CanForward:
             self._take(reading)
         if self._autopilot is None or time_s < self._due_s:
             return []
-        self._due_s = time_s + (REFUSED_PERIOD_S if self._refusal else PERIOD_S)
+        self._due_s = time_s + (PERIOD_S if self.refused is None else REFUSED_PERIOD_S)
         anew, self._anew = self._anew, False
         return [*self._filter(self._autopilot, self._ids, anew), _request(self._autopilot, self._bus)]
 
@@ -128,16 +129,16 @@ class CanForward:
 
     def _begin(self, time_s: float) -> None:
         self._due_s = self._granted_s = -math.inf
-        self._asked_s, self._refusal, self._anew = time_s, "", True
+        self._asked_s, self.refused, self._anew = time_s, None, True
 
     def _answered(self, answer: CommandAcknowledgement) -> None:
         if self._autopilot is None or answer.system_id != self._autopilot.system_id or answer.result in _NOT_FINAL:
             return
         if answer.result == CommandResult.ACCEPTED:
-            self._granted_s, self._refusal = answer.time_s, ""
+            self._granted_s, self.refused = answer.time_s, None
             self._due_s = min(self._due_s, answer.time_s + PERIOD_S)
         else:
-            self._refusal = self._why(answer.result, self._autopilot)
+            self.refused = answer.result
 
     def _condition(self, autopilot: AutopilotHeartbeat, time_s: float) -> tuple[bool, str] | None:
         """(up, detail); None: not known, as it was before. See the module's table."""
@@ -145,8 +146,8 @@ class CanForward:
             return None
         if time_s - self._frame_s <= SILENCE_S:
             return True, ""
-        if self._refusal:
-            return False, self._refusal
+        if self.refused is not None:
+            return False, self._why_not(self.refused, autopilot)
         if time_s - self._granted_s <= SILENCE_S:
             return True, self._why_silent(time_s)
         if time_s - max(self._asked_s, self._granted_s) > SILENCE_S:
@@ -158,7 +159,7 @@ class CanForward:
             return f"another program has CAN{self._other_bus} forwarded"
         return "no frames; has another program taken it?" if math.isfinite(self._frame_s) else ""
 
-    def _why(self, result: int, autopilot: AutopilotHeartbeat) -> str:
+    def _why_not(self, result: int, autopilot: AutopilotHeartbeat) -> str:
         """Why the bus is not forwarded, in a few words, for whoever can mend it."""
         if result == CommandResult.UNSUPPORTED:
             return f"{'PX4' if autopilot.autopilot == AUTOPILOT_PX4 else 'autopilot'} does not forward CAN"

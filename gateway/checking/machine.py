@@ -15,6 +15,7 @@ from drivers.can.port import CanPortError
 from drivers.clock import Clock
 from gateway import state
 from gateway.can_source import rates_of
+from gateway.checking.forwarded_can import check_forwarded
 from gateway.checking.mavlink import check_mavlink
 from gateway.checking.navigation import possible, sources
 from gateway.checking.result import CheckResult
@@ -37,7 +38,10 @@ POSITIONS: Mapping[str, str] = {
 
 
 def checks(config: Config) -> Iterator[CheckResult]:
-    """Looks at every link and file of a configuration. Nothing is sent, nothing is changed."""
+    """Looks at every link and file of a configuration. Nothing is changed.
+
+    Nothing is sent, but where the autopilot has to be asked for one of its CAN buses.
+    """
     if is_running(config.files.control):
         remedy = "stop it to have its links checked; gateway tell CONFIG status asks how it is"
         yield CheckResult("gateway", False, "one runs with this configuration, and holds its links", remedy)
@@ -63,9 +67,13 @@ def checks(config: Config) -> Iterator[CheckResult]:
 
 def _check_links(config: Config) -> Iterator[CheckResult]:
     for bus in config.can:
-        yield _check_bus(bus, config)
+        if not bus.forwarded:
+            yield _check_bus(bus, config)
     if config.mavlink is not None:
         yield from check_mavlink(config.mavlink, config.files.state)
+        for bus in config.can:
+            if bus.forwarded:
+                yield check_forwarded(bus, config, config.mavlink)
 
 
 def _check_bus(bus: CanBus, config: Config) -> CheckResult:
