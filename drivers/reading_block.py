@@ -7,10 +7,13 @@ before all reports, of ascending thrusters, then the rest).
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from bisect import bisect_left
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from math import isnan
-from typing import TypeAlias
+from operator import itemgetter
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,6 +55,9 @@ class ReportColumns:
     error_count: FloatArray
 
 
+_ColumnsT = TypeVar("_ColumnsT", CommandColumns, ReportColumns)
+
+
 @dataclass(frozen=True, slots=True)
 class ReadingBlock:
     """See the module's text.
@@ -65,6 +71,74 @@ class ReadingBlock:
     reports: tuple[ReportColumns, ...] = ()
     others: tuple[tuple[int, Reading], ...] = ()
 
+    def __bool__(self) -> bool:
+        return bool(self.commands or self.reports or self.others)
+
+    @staticmethod
+    def of(readings: Sequence[Reading]) -> ReadingBlock:
+        """Readings that are few, whole, each in a row of its own."""
+        return ReadingBlock(others=tuple(enumerate(readings)))
+
+    @staticmethod
+    def joined(blocks: Sequence[ReadingBlock]) -> ReadingBlock:
+        """One after the other."""
+        commands: defaultdict[int, list[CommandColumns]] = defaultdict(list)
+        reports: defaultdict[int, list[ReportColumns]] = defaultdict(list)
+        others: list[tuple[int, Reading]] = []
+        first = 0
+        for block in blocks:
+            shifted = block._shifted(first)
+            for commanded in shifted.commands:
+                commands[commanded.thruster].append(commanded)
+            for reported in shifted.reports:
+                reports[reported.thruster].append(reported)
+            others += shifted.others
+            first = max(first, shifted.rows)
+        return ReadingBlock(
+            tuple(_joined(commands[thruster]) for thruster in sorted(commands)),
+            tuple(_joined(reports[thruster]) for thruster in sorted(reports)),
+            tuple(others),
+        )
+
+    @property
+    def rows(self) -> int:
+        """One more than the last row that there is a reading of."""
+        columns: tuple[CommandColumns | ReportColumns, ...] = (*self.commands, *self.reports)
+        last = [int(one.row[-1]) for one in columns] + [row for row, _ in self.others[-1:]]
+        return 1 + max(last, default=-1)
+
+    def times(self) -> tuple[IndexArray, FloatArray]:
+        """(N,) rows, ascending, and times of all readings."""
+        columns: tuple[CommandColumns | ReportColumns, ...] = (*self.commands, *self.reports)
+        rows = np.concatenate(
+            [*(one.row for one in columns), np.array([row for row, _ in self.others], dtype=np.intp)]
+        )
+        times_s = np.concatenate([*(one.time_s for one in columns), [one.time_s for _, one in self.others]])
+        order = np.argsort(rows, kind="stable")
+        return rows[order], times_s[order]
+
+    def split(self, row: int) -> tuple[ReadingBlock, ReadingBlock]:
+        """Readings before a row, and from it on."""
+        place = bisect_left(self.others, row, key=itemgetter(0))
+        commands = [_split(one, row) for one in self.commands]
+        reports = [_split(one, row) for one in self.reports]
+        before, after = (
+            ReadingBlock(
+                tuple(halves[half] for halves in commands if len(halves[half].row)),
+                tuple(halves[half] for halves in reports if len(halves[half].row)),
+                self.others[:place] if half == 0 else self.others[place:],
+            )
+            for half in (0, 1)
+        )
+        return before, after
+
+    def _shifted(self, rows: int) -> ReadingBlock:
+        return ReadingBlock(
+            tuple(replace(one, row=one.row + rows) for one in self.commands),
+            tuple(replace(one, row=one.row + rows) for one in self.reports),
+            tuple((row + rows, reading) for row, reading in self.others),
+        )
+
     def readings(self) -> list[Reading]:
         """One by one, in their order: exactly what decoding the frames one by one gives."""
         keyed: list[tuple[int, int, int, Reading]] = [
@@ -73,6 +147,22 @@ class ReadingBlock:
             *((row, 2, number, reading) for number, (row, reading) in enumerate(self.others)),
         ]
         return [reading for *_, reading in sorted(keyed, key=lambda one: one[:3])]
+
+
+def _joined(several: Sequence[_ColumnsT]) -> _ColumnsT:
+    if len(several) == 1:
+        return several[0]
+    names = [name for name in several[0].__slots__ if name != "thruster"]
+    columns: dict[str, Any] = {name: np.concatenate([getattr(one, name) for one in several]) for name in names}
+    return replace(several[0], **columns)
+
+
+def _split(columns: _ColumnsT, row: int) -> tuple[_ColumnsT, _ColumnsT]:
+    place = int(np.searchsorted(columns.row, row))
+    names = [name for name in columns.__slots__ if name != "thruster"]
+    before: dict[str, Any] = {name: getattr(columns, name)[:place] for name in names}
+    after: dict[str, Any] = {name: getattr(columns, name)[place:] for name in names}
+    return replace(columns, **before), replace(columns, **after)
 
 
 def _commands(columns: CommandColumns) -> Iterator[tuple[int, Reading]]:
