@@ -228,7 +228,7 @@ def _split_escs(thruster: Thruster, protocols: Mapping[str, str]) -> Iterator[Pr
 
 def _signal_problems(bus: CanBus, thrusters: Sequence[Thruster]) -> Iterator[Problem]:
     if bus.protocol == "dbc" and bus.database is not None and bus.database.is_file():
-        for path, value, wanted in refused_signals(bus, thrusters):
+        for path, value, wanted in refused_signals(bus, bus.database, thrusters):
             yield Problem(path, value, wanted)
 
 

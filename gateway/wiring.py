@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 from drivers.can.dbc import DbcDecoder, DbcThruster
+from drivers.can.dbc_database import load_database
 from drivers.can.decoder import CanDecoder
 from drivers.can.dronecan import DroneCanDecoder, DroneCanThruster
 from drivers.can.vesc import VescDecoder, VescThruster
@@ -53,7 +55,7 @@ def can_decoder(bus: CanBus, thrusters: Sequence[Thruster]) -> CanDecoder:
     if bus.protocol == "vesc":
         return VescDecoder([_vesc(one, bus.name) for one in thrusters if _uses(one, bus.name)])
     if bus.database is None:
-        raise ValueError(f"can[name={bus.name}].database: missing, a DBC bus needs its file")
+        raise ValueError(f"can[name={bus.name}].database: missing, a bus with a database needs its file")
     return DbcDecoder(bus.database, [part for one in thrusters if (part := _dbc(one, bus.name)) is not None])
 
 
@@ -71,8 +73,13 @@ def mavlink_decoder(
     )
 
 
-def refused_signals(bus: CanBus, thrusters: Sequence[Thruster]) -> Iterator[tuple[str, object, str]]:
-    """What a DBC bus cannot read of its thrusters, one by one: (key path, value, what the driver says)."""
+def refused_signals(bus: CanBus, database: Path, thrusters: Sequence[Thruster]) -> Iterator[tuple[str, object, str]]:
+    """What a bus cannot read of its database or of its thrusters: (key path, value, what the driver says)."""
+    try:
+        loaded = load_database(database)
+    except ValueError as error:
+        yield f"can[name={bus.name}].database", database, str(error)
+        return
     for thruster in thrusters:
         path = f"thruster[number={thruster.number}]"
         for key in ("command", "rpm"):
@@ -80,15 +87,9 @@ def refused_signals(bus: CanBus, thrusters: Sequence[Thruster]) -> Iterator[tupl
             if source.link != bus.name or source.signal is None:
                 continue
             try:
-                _try_signals(bus, thruster, key)
+                DbcDecoder(loaded, [_dbc_command(thruster) if key == "command" else _dbc_speed(thruster)])
             except ValueError as error:
                 yield f"{path}.{key}", source.model_dump(exclude_unset=True, exclude={"link"}), str(error)
-
-
-def _try_signals(bus: CanBus, thruster: Thruster, key: str) -> None:
-    part = _dbc_command(thruster) if key == "command" else _dbc_speed(thruster)
-    if bus.database is not None:
-        DbcDecoder(bus.database, [part])
 
 
 def _uses(thruster: Thruster, link: str) -> bool:

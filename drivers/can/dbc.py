@@ -93,7 +93,7 @@ class DbcDecoder(MessageDecoder):
     command" (the mark for an invalid value), "non-finite". One bad signal costs no other signal of its message.
 
     Args:
-        database_path: DBC, KCD, SYM or ARXML file.
+        database: DBC, KCD, SYM or ARXML file, or what `load_database` made of one.
         thrusters: what is wired to the bus, and its signals.
         speed_limit_rpm: a faster report is implausible.
 
@@ -104,13 +104,15 @@ class DbcDecoder(MessageDecoder):
 
     def __init__(
         self,
-        database_path: str | Path,
+        database: Database | str | Path,
         thrusters: Sequence[DbcThruster],
         speed_limit_rpm: float = SPEED_LIMIT_RPM,
     ) -> None:
         if not speed_limit_rpm > 0.0:
             raise ValueError(f"speed_limit_rpm must be positive, got {speed_limit_rpm}")
-        draft = _Draft(load_database(Path(database_path)), speed_limit_rpm)
+        if not isinstance(database, Database):
+            database = load_database(Path(database))
+        draft = _Draft(database, speed_limit_rpm)
         problems = _twins([thruster.thruster for thruster in thrusters])
         for thruster in thrusters:
             problems += draft.add(thruster)

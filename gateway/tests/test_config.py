@@ -4,6 +4,7 @@ import math
 from importlib.resources import files
 from pathlib import Path
 
+import cantools
 import numpy as np
 import pytest
 from hypothesis import given
@@ -236,6 +237,30 @@ def test_signal_that_the_database_does_not_have_is_named_with_the_nearest(tmp_pa
     found = problems(text.replace("PortStatus.PulseRate", "PortStatus.PulsRate"), tmp_path)
     assert list(found) == ["thruster[number=1].rpm"]
     assert "PulseRate" in found["thruster[number=1].rpm"]
+
+
+@pytest.mark.parametrize("suffix", ["kcd", "sym"])
+def test_a_database_may_be_of_another_format(tmp_path, suffix):
+    cantools.database.dump_file(cantools.database.load_file(DBC), tmp_path / f"v.{suffix}")
+    config = parse(Path(EXAMPLES[2]).read_text().replace("vendor_thruster.dbc", f"v.{suffix}"), tmp_path)
+    assert {one.identifier for one in can_decoder(config.can[0], config.thruster).filters()} == {256, 257, 512, 513}
+
+
+@pytest.mark.parametrize(("name", "said"), [("v.xlsx", "want .dbc, .kcd, .sym, .arxml"), ("v.kcd", "KCD: ")])
+def test_a_database_that_cannot_be_read_is_told_once(tmp_path, name, said):
+    (tmp_path / name).write_text(DBC.read_text())
+    found = problems(Path(EXAMPLES[2]).read_text().replace("vendor_thruster.dbc", name), tmp_path)
+    assert list(found) == ["can[name=thrusters].database"]
+    assert said in found["can[name=thrusters].database"]
+
+
+def test_names_in_a_database_may_be_of_several_words(tmp_path):
+    cantools.database.dump_file(cantools.database.load_file(DBC), tmp_path / "v.kcd")
+    spaced = (tmp_path / "v.kcd").read_text().replace('"PulseRate"', '"Pulse Rate (Hall)"')
+    (tmp_path / "v.kcd").write_text(spaced)
+    text = Path(EXAMPLES[2]).read_text().replace("vendor_thruster.dbc", "v.kcd")
+    config = parse(text.replace("PortStatus.PulseRate", "PortStatus.Pulse Rate (Hall)"), tmp_path)
+    assert can_decoder(config.can[0], config.thruster).filters()
 
 
 def speed_problems(text: str, head: str = TWO_THRUSTERS) -> dict[str, str]:
