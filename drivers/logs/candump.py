@@ -17,10 +17,11 @@ import numpy as np
 
 from drivers.can.frame_block import FloatArray, FrameBlock
 from drivers.logs.candump_columns import read_regular
-from drivers.logs.candump_line import LoggedFrame, has_epoch, read_line
-from drivers.logs.damage import DamageReport
+from drivers.logs.candump_line import has_epoch, read_line
+from drivers.logs.damage import DamagedRecordError, DamageReport
+from drivers.logs.frame_text import LoggedFrame
 from drivers.logs.line_frames import LineFrames
-from drivers.logs.text_log import DamagedLineError, TextChunk, head_of_text, not_a_log, text_chunks
+from drivers.logs.text_log import TextChunk, head_of_text, not_a_log, text_chunks
 
 _MICROSECONDS = 1e6
 _BEGINS = re.compile(rb"\((\d{1,10}\.\d{1,9}|\d{4}-\d\d-\d\d [\d:]{8}\.\d{1,9})\)[ \x1b]")
@@ -80,7 +81,7 @@ def _read_irregular(line: bytes, number: int, damage: DamageReport) -> LoggedFra
         return None
     try:
         return read_line(line)
-    except DamagedLineError as error:
+    except DamagedRecordError as error:
         damage.add(str(error), f"line {number}")
         return _begun_within(line)
 
@@ -92,7 +93,7 @@ def _begun_within(line: bytes) -> LoggedFrame | None:
         return None
     try:
         return read_line(line[begin:])
-    except DamagedLineError:
+    except DamagedRecordError:
         return None
 
 

@@ -18,11 +18,12 @@ and that of the console (with `-t`, for without time a line is of no use):
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from datetime import UTC, datetime
 
-from drivers.can.frame import CLASSIC_DATA_BYTES, EXTENDED_MASK, FD_DATA_BYTES, STANDARD_MASK, CanFrame
-from drivers.logs.text_log import DamagedLineError, text_of
+from drivers.can.frame import CLASSIC_DATA_BYTES, CanFrame
+from drivers.logs.damage import DamagedRecordError
+from drivers.logs.frame_text import LoggedFrame, checked_data, checked_identifier, whole_number
+from drivers.logs.text_log import text_of
 
 INTERFACE_LENGTH_MAX = 15  # IFNAMSIZ of Linux, without the final zero
 ERROR_FLAG = 0x2000_0000  # CAN_ERR_FLAG of linux/can.h
@@ -37,43 +38,26 @@ _CONSOLE = re.compile(r"(?:[RT]X [B-] [E-] +)?(?P<identifier>[^ ]+) +(?P<length>
 _REMOTE = re.compile(r"[Rr](?:[0-8](?:_[9A-Fa-f])?)?")
 _RAW_LENGTH_CODE = re.compile(r"[0-9A-Fa-f]{16}_[9A-Fa-f]")
 _LENGTH = re.compile(r"\[[0-8]\]|\{[0-9A-F]\}|\[\d\d\]", re.ASCII)
-_HEX = re.compile(r"[0-9A-Fa-f]*")
-
-
-@dataclass(frozen=True, slots=True)
-class LoggedFrame:
-    """A frame as the log has it.
-
-    Attributes:
-        interface: name of the bus in the log.
-        frame: with the log's time.
-        relative: the time counts from the first frame, or from the one before (`-tz`, `-td`: only the course of the
-            times tells which).
-    """
-
-    interface: str
-    frame: CanFrame
-    relative: bool
 
 
 def read_line(line: bytes) -> LoggedFrame:
     """The frame of a whole line.
 
     Raises:
-        DamagedLineError: the line is none that candump writes, or its frame is none that we read.
+        DamagedRecordError: the line is none that candump writes, or its frame is none that we read.
     """
     matched = _LINE.fullmatch(text_of(_COLOUR.sub(b"", line) if b"\x1b" in line else line))
     if matched is None:
-        raise DamagedLineError("no time" if b"(" not in line else "no frame")
+        raise DamagedRecordError("no time" if b"(" not in line else "no frame")
     stamp, interface, frame = matched.groups()
     if len(interface) > INTERFACE_LENGTH_MAX:
-        raise DamagedLineError("name of the interface too long")
+        raise DamagedRecordError("name of the interface too long")
     if compact := _COMPACT.fullmatch(frame):
         return LoggedFrame(interface, _compact(_time_s(stamp), *compact.groups()), relative=False)
     if console := _CONSOLE.fullmatch(frame):
         relative = not (_EPOCH_SECONDS.fullmatch(stamp) or _DATE.fullmatch(stamp))
         return LoggedFrame(interface, _console(_time_s(stamp), *console.groups()), relative)
-    raise DamagedLineError("text behind the frame" if "#" in frame.partition(" ")[0] else "no '#'")
+    raise DamagedRecordError("text behind the frame" if "#" in frame.partition(" ")[0] else "no '#'")
 
 
 def has_epoch(line: bytes) -> bool:
@@ -91,15 +75,15 @@ def _time_s(stamp: str) -> float:
             return datetime.fromisoformat(stamp).replace(tzinfo=UTC).timestamp()
         except ValueError:
             pass
-    raise DamagedLineError("no time")
+    raise DamagedRecordError("no time")
 
 
 def _compact(time_s: float, digits: str, data: str) -> CanFrame:
     if ":" in data:
-        raise DamagedLineError("CAN XL frame")
+        raise DamagedRecordError("CAN XL frame")
     identifier, extended, error = _identifier(digits)
     if _REMOTE.fullmatch(data):
-        raise DamagedLineError("remote frame")
+        raise DamagedRecordError("remote frame")
     fd = data.startswith("#")
     if fd:
         _flags(data[1:2])
@@ -112,60 +96,37 @@ def _compact(time_s: float, digits: str, data: str) -> CanFrame:
 def _console(time_s: float, digits: str, length: str, text: str) -> CanFrame:
     identifier, extended, error = _identifier(digits)
     if _LENGTH.fullmatch(length) is None:
-        raise DamagedLineError("length of the data not understood")
+        raise DamagedRecordError("length of the data not understood")
     if text.strip() == "remote request":
-        raise DamagedLineError("remote frame")
+        raise DamagedRecordError("remote frame")
     fd = len(length) == len("[08]")
     octets, _, characters = text.removesuffix("ERRORFRAME").partition("'")
-    data = _octets(octets, fd)
-    if len(data) != min(int(length[1:-1], 10 if fd else 16), _most(fd)):
-        raise DamagedLineError("data of another length than stated")
+    stated = int(length[1:-1], 10 if fd else 16)
+    data = checked_data(octets.split(), stated if fd else min(stated, CLASSIC_DATA_BYTES), fd)
     if characters and len(characters) != len(data) + len("'"):
-        raise DamagedLineError("characters are not those of the data")
+        raise DamagedRecordError("characters are not those of the data")
     return CanFrame(time_s, identifier, data, extended, fd, error)
 
 
 def _identifier(digits: str) -> tuple[int, bool, bool]:
     """Identifier; whether it is extended; whether it is the class of an error."""
-    _check_hex(digits)
+    number = whole_number(digits)
     if len(digits) not in (3, 8):
-        raise DamagedLineError("identifier not of 3 or 8 digits")
-    number = int(digits, 16)
+        raise DamagedRecordError("identifier not of 3 or 8 digits")
     extended = len(digits) == 8
     error = extended and bool(number & ERROR_FLAG)
-    number &= ~ERROR_FLAG
-    if number > (EXTENDED_MASK if extended else STANDARD_MASK):
-        raise DamagedLineError("identifier out of range")
-    return number, extended and not error, error
+    return checked_identifier(number & ~ERROR_FLAG, extended), extended and not error, error
 
 
 def _flags(digit: str) -> None:
     """Bit rate and error state of a CAN FD frame: nobody asks for them, yet they must be there."""
     if not digit:
-        raise DamagedLineError("no flags of CAN FD")
-    _check_hex(digit)
+        raise DamagedRecordError("no flags of CAN FD")
+    whole_number(digit)
 
 
 def _data(digits: str, fd: bool) -> bytes:
-    _check_hex(digits)
     if len(digits) % 2:
-        raise DamagedLineError("odd number of digits")
-    if len(digits) > 2 * _most(fd):
-        raise DamagedLineError("data too long")
-    return bytes.fromhex(digits)
-
-
-def _octets(text: str, fd: bool) -> bytes:
-    octets = text.split()
-    if any(len(octet) != 2 for octet in octets):
-        raise DamagedLineError("data not in bytes of two digits")
-    return _data("".join(octets), fd)
-
-
-def _most(fd: bool) -> int:
-    return FD_DATA_BYTES if fd else CLASSIC_DATA_BYTES
-
-
-def _check_hex(digits: str) -> None:
-    if _HEX.fullmatch(digits) is None:
-        raise DamagedLineError("not a hexadecimal digit")
+        raise DamagedRecordError("odd number of digits")
+    octets = [digits[place : place + 2] for place in range(0, len(digits), 2)]
+    return checked_data(octets, len(octets), fd)

@@ -8,6 +8,10 @@ from dataclasses import dataclass, field
 PLACES_MAX = 5  # of each cause: enough to find it in an editor, few enough to read
 
 
+class DamagedRecordError(Exception):
+    """Within a reader: a line or an object is no record of its format. The text is the cause, as it is counted."""
+
+
 @dataclass(slots=True)
 class DamageReport:
     """What could not be read of one log.

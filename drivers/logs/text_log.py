@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.logs.damage import DamageReport
+from drivers.logs.damage import DamagedRecordError, DamageReport
 from drivers.logs.kinds import HEAD_BYTES, looks_like
 
 CHUNK_BYTES = 1 << 20  # about 20,000 lines: what is made of them stays in the processor's cache
@@ -26,10 +26,6 @@ _HEAD_SEARCH_BYTES = 1 << 20  # a log may begin with the zeros of a disk that lo
 _GZIP = b"\x1f\x8b"
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 _UTF16 = (b"\xff\xfe", b"\xfe\xff")
-
-
-class DamagedLineError(Exception):
-    """A line that is no record of its format; the text is the cause, as it is counted."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,12 +97,12 @@ def text_of(line: bytes) -> str:
     """A line as printable ASCII, blanks around it removed.
 
     Raises:
-        DamagedLineError: zeros or other bytes that are no text.
+        DamagedRecordError: zeros or other bytes that are no text.
     """
     text = line.strip().decode("latin-1").replace("\t", " ")
     if text.isascii() and text.isprintable():
         return text
-    raise DamagedLineError("zero bytes" if "\0" in text else "bytes that are no text")
+    raise DamagedRecordError("zero bytes" if "\0" in text else "bytes that are no text")
 
 
 def _opened(path: Path) -> BufferedReader | gzip.GzipFile:

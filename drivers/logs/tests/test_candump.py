@@ -18,8 +18,7 @@ from drivers.can.frame import CanFrame
 from drivers.logs import candump_columns, text_log
 from drivers.logs.candump import is_candump, read_candump
 from drivers.logs.candump_line import read_line
-from drivers.logs.damage import DamageReport
-from drivers.logs.text_log import DamagedLineError
+from drivers.logs.damage import DamagedRecordError, DamageReport
 
 TIME_S = 1_600_000_000.123456
 STAMP = "(1600000000.123456)"
@@ -116,7 +115,7 @@ def test_reads_every_form(log, text, frame):
         (f"{STAMP} can0 45123#81:00:12345678#11223344", "CAN XL frame"),
         (f"{STAMP}  can0  123   [2]  11", "data of another length than stated"),
         (f"{STAMP}  can0  123   [9]  11", "length of the data not understood"),
-        (f"{STAMP}  can0  123   [2]  1122", "data not in bytes of two digits"),
+        (f"{STAMP}  can0  123   [1]  1122", "data not in bytes of two digits"),
         (f"{STAMP}  can0  123   [2]  11 22   '.'", "characters are not those of the data"),
         (f"{STAMP} can\xe90 123#00", "bytes that are no text"),
         ("DROPCOUNT: dropped 7 CAN frames on 'can0' socket (total drops 7)", "dropped before they were logged"),
@@ -327,12 +326,12 @@ def test_the_fast_way_reads_each_line_as_the_strict_one(log, monkeypatch, lines)
     for line in [f"{STAMP} can9 123#".encode(), *lines]:
         try:
             logged = read_line(line)
-        except DamagedLineError:
+        except DamagedRecordError:
             begin = max(line.rfind(b"("), 0)
             within = line[begin:] if begin and line[begin + 11 : begin + 12] == b"." else b""
             try:
                 logged = read_line(within)
-            except DamagedLineError:
+            except DamagedRecordError:
                 continue
         one_by_one[logged.interface].append(logged.frame)
     assert frames == one_by_one
