@@ -12,12 +12,8 @@ from typing import Any
 
 import can
 import cantools
-import numpy as np
-from dronecan import transport
 
 from drivers.can.dbc import DbcDecoder, DbcThruster
-from drivers.can.dronecan import DroneCanDecoder, DroneCanThruster, EscStatus, encode_esc_status, encode_raw_command
-from drivers.can.dronecan_esc import COMMAND_MAX
 from drivers.can.frame import CanFrame
 from drivers.command import CommandScale
 from drivers.readings import Reading, ThrusterCommand, ThrusterReport
@@ -25,63 +21,10 @@ from hil_tests.bench.timing import Comparison
 
 Bits = tuple[int, bytes]  # identifier and data of a frame
 MESSAGES = 1500
-THRUSTERS = 8
 PERIOD_S = 0.02
 
 
-def esc_status() -> Comparison:
-    """DroneCAN esc.Status of eight ESCs, three frames each."""
-    frames = [
-        (frame.identifier, frame.data)
-        for number in range(MESSAGES)
-        for frame in encode_esc_status(_status(number), 11 + number % THRUSTERS, number // THRUSTERS % 32)
-    ]
-    return _dronecan("DroneCAN esc.Status", frames, lambda transfer: [transfer.payload.rpm])
-
-
-def raw_command() -> Comparison:
-    """DroneCAN esc.RawCommand with eight commands, three frames each."""
-    commands = np.random.default_rng(1).integers(-COMMAND_MAX, COMMAND_MAX + 1, (MESSAGES, THRUSTERS)).tolist()
-    frames = [
-        (frame.identifier, frame.data)
-        for number, command in enumerate(commands)
-        for frame in encode_raw_command(command, 10, number % 32)
-    ]
-    return _dronecan("DroneCAN esc.RawCommand", frames, lambda transfer: list(transfer.payload.cmd))
-
-
-def _status(number: int) -> EscStatus:
-    speed_rpm = (37 * number) % 6000 - 3000
-    return EscStatus(0, 15.5, 0.25 * (number % 64), 300.0, speed_rpm, number % 100, number % THRUSTERS)
-
-
-def _dronecan(work: str, frames: Sequence[Bits], values: Any) -> Comparison:
-    thrusters = [DroneCanThruster(thruster=index + 1, esc_index=index) for index in range(THRUSTERS)]
-
-    def ours() -> list[Reading]:
-        decoder = DroneCanDecoder(thrusters)
-        readings: list[Reading] = []
-        for number, (identifier, data) in enumerate(frames):
-            readings += decoder.decode(CanFrame(PERIOD_S * number, identifier, data))
-        return readings
-
-    def theirs() -> list[Any]:
-        manager, transfers = transport.TransferManager(), []
-        for identifier, data in frames:
-            complete = manager.receive_frame(transport.Frame(identifier, data))
-            if complete:
-                transfer = transport.Transfer()
-                transfer.from_frames(complete)
-                transfers.append(transfer)
-        return transfers
-
-    def agree(readings: Sequence[Reading], transfers: Sequence[Any]) -> bool:
-        return _numbers(readings, COMMAND_MAX) == [round(v) for transfer in transfers for v in values(transfer)]
-
-    return Comparison(work, "dronecan", "message", MESSAGES, ours, theirs, agree)
-
-
-def _numbers(readings: Sequence[Reading], command_full: float) -> list[int]:
+def numbers(readings: Sequence[Reading], command_full: float) -> list[int]:
     """Speeds, and commands as counts, in order."""
     numbers = []
     for reading in readings:
@@ -126,7 +69,7 @@ def dbc_status() -> Comparison:
 
     def agree(readings: Sequence[Reading], values: Sequence[dict[str, float]]) -> bool:
         wanted = [round(value.get("Speed", 10.0 * value.get("Percent", 0.0))) for value in values]
-        return _numbers(readings, 1000.0) == wanted
+        return numbers(readings, 1000.0) == wanted
 
     work, peer = "DBC command and status", "cantools, python-can Message"
     return Comparison(work, peer, "message", len(frames), ours, theirs, agree)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import click
 from rich.console import Console
 
-from hil_tests.bench.decoding import dbc_status, esc_status, raw_command
+from hil_tests.bench.decoding import dbc_status
+from hil_tests.bench.decoding_dronecan import command_blocks, command_frames, status_blocks, status_frames
 from hil_tests.bench.decoding_mavlink import mavlink_stream
 from hil_tests.bench.figures import console_beside, shared_options, write
 from hil_tests.bench.navigation_timing import navigation_watch
@@ -23,8 +24,10 @@ WORKS = {
     "speed watch": speed_watch,
     "navigation watch": navigation_watch,
     "supervision": supervision,
-    "esc.Status": esc_status,
-    "esc.RawCommand": raw_command,
+    "esc.Status": status_frames,
+    "esc.Status, block": status_blocks,
+    "esc.RawCommand": command_frames,
+    "esc.RawCommand, block": command_blocks,
     "DBC": dbc_status,
     "MAVLink": mavlink_stream,
 }
