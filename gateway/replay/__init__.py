@@ -1,0 +1,1 @@
+"""Recordings through the very pipeline of `gateway run`."""
