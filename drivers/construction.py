@@ -2,8 +2,8 @@
 
 A frozen dataclass sets each field through `object.__setattr__`, past its own lock: three to five times as slow as
 plain assignment. Here the values are assigned to an open class with the very same slots, and the finished object then
-declares itself to be of the frozen one, which Python allows where the layouts are the same. Afterwards nothing can tell
-the two ways apart.
+declares itself to be of the frozen one, which Python allows where the layouts are the same. Afterwards nothing can
+tell the two ways apart.
 """
 
 from __future__ import annotations

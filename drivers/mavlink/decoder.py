@@ -63,6 +63,7 @@ class MavlinkDecoder:
     Attributes:
         drops: what was thrown away, counted by cause.
         heard: messages of our autopilot that were read, by their ids.
+        wanted: ids of the messages that are read at all.
         own: what we sent is told to it, to be known again.
         timesync: what we ask of the autopilot's clock.
 
@@ -100,7 +101,8 @@ class MavlinkDecoder:
         self.own = OwnFrames(self.drops)
         self.timesync = Timesync(own_component, self.drops)
         self._routes = self._routes_for(navigation)
-        self._scanner = FrameScanner({*self._routes, *self._handlers}, self.drops, gate)
+        self.wanted = frozenset({*self._routes, *self._handlers})
+        self._scanner = FrameScanner(self.wanted, self.drops, gate)
 
     @property
     def autopilot_system(self) -> int | None:

@@ -18,7 +18,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
-from drivers.mavlink.formats import CLOSING, CRC_EXTRA, checksum, crc_16
+from drivers.mavlink.formats import CLOSING, crc_16
 from drivers.mavlink.sequence_numbers import LOST, SequenceNumbers
 
 MAGIC_1, MAGIC_2 = 0xFE, 0xFD
@@ -95,6 +95,13 @@ def frame_at(buffer: bytes, start: int) -> Frame | None:
     return Frame(
         message_id, system, component, sequence, payload_end - length, payload_end, payload_end + CHECKSUM_SIZE
     )
+
+
+def has_right_checksum(buffer: bytes, start: int, frame: Frame) -> bool:
+    """Whether a whole frame whose magic byte is at `start` has a known layout and the right checksum."""
+    closing = CLOSING.get(frame.message_id)
+    stated = buffer[frame.payload_end] | buffer[frame.payload_end + 1] << 8
+    return closing is not None and crc_16(buffer[start + 1 : frame.payload_end] + closing) == stated
 
 
 def flags_supported(buffer: bytes, start: int) -> bool:
@@ -217,11 +224,9 @@ class FrameScanner:
             return "unsupported flags"
         if frame is None or frame.end > len(buffer):
             return None
-        crc_extra = CRC_EXTRA.get(frame.message_id)
-        if crc_extra is None:
+        if frame.message_id not in CLOSING:
             return self._unknown(buffer, frame)
-        stated = buffer[frame.payload_end] | buffer[frame.payload_end + 1] << 8
-        return "" if checksum(buffer[start + 1 : frame.payload_end], crc_extra) == stated else "checksum"
+        return "" if has_right_checksum(buffer, start, frame) else "checksum"
 
     def _unknown(self, buffer: bytes, frame: Frame) -> str:
         if not (self._in_step and _boundary(buffer, frame.end)):

@@ -1,77 +1,136 @@
-"""MAVLink: an autopilot's bytes to readings by our decoder, and to message objects by pymavlink."""
+"""MAVLink: bytes and logs to readings by our decoder, and to message objects by others.
+
+The peers stop at their message objects, or at columns of all that was said; ours go on to readings.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from functools import cache
+from importlib.util import find_spec
+from itertools import accumulate, pairwise
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
+import numpy as np
+from pymavlink import mavutil
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from drivers.command import CommandScale
+from drivers.logs.damage import DamageReport
+from drivers.logs.tlog import read_tlog
 from drivers.mavlink.decoder import MavlinkDecoder, MavlinkThruster
-from drivers.readings import Attitude, Reading, ThrusterReport
+from drivers.readings import Attitude, Reading, ThrusterCommand
+from hil_tests.bench.autopilot_stream import ESCS, SERVOS, packets
 from hil_tests.bench.timing import Comparison
 
-MESSAGES = 1500
-PERIOD_S = 0.02
+STREAM_S, LOG_S = 20.0, 200.0
+READ_BYTES = 512  # of a serial line or TCP at a time, on average
 PULSES = CommandScale(1100.0, 1500.0, 1900.0)
+THRUSTERS = [
+    MavlinkThruster(one + 1, servo_channel=one + 1, command_scale=PULSES, esc_index=one if one < ESCS else None)
+    for one in range(SERVOS)
+]
 
 
-def mavlink_stream() -> Comparison:
-    """An autopilot's stream as it comes over UDP, one message a datagram: only messages that the gateway reads."""
-    datagrams = _autopilot_stream(MESSAGES // 5)
-    thrusters = [
-        MavlinkThruster(index + 1, servo_channel=index + 1, command_scale=PULSES, esc_index=index)
-        for index in range(4)
-    ]
+def mavlink_datagrams() -> Comparison:
+    """An ArduSub's stream as it comes over UDP, one packet a datagram."""
+    return _decoding("MAVLink datagrams to readings", [packet for _, packet in packets(STREAM_S)])
+
+
+def mavlink_bytes() -> Comparison:
+    """The same over a serial line or TCP: cut anywhere."""
+    stream = b"".join(packet for _, packet in packets(STREAM_S))
+    sizes = np.random.default_rng(1).integers(1, 2 * READ_BYTES, 2 * len(stream) // READ_BYTES).tolist()
+    ends = list(accumulate(sizes, initial=0))
+    return _decoding("MAVLink byte stream to readings", [stream[a:b] for a, b in pairwise(ends)])
+
+
+def _decoding(work: str, chunks: Sequence[bytes]) -> Comparison:
+    step_s = STREAM_S / len(chunks)
 
     def ours() -> list[Reading]:
-        decoder = MavlinkDecoder(thrusters)
+        decoder = MavlinkDecoder(THRUSTERS)
         readings: list[Reading] = []
-        for number, datagram in enumerate(datagrams):
-            readings += decoder.decode(datagram, 0.2 * PERIOD_S * number)
+        for number, chunk in enumerate(chunks):
+            readings += decoder.decode(chunk, number * step_s)
         return readings
 
     def theirs() -> list[Any]:
         parser = mavlink.MAVLink(None)
         messages: list[Any] = []
-        for datagram in datagrams:
-            messages += parser.parse_buffer(datagram) or ()
+        for chunk in chunks:
+            messages += parser.parse_buffer(chunk) or ()
         return messages
 
-    def agree(readings: Sequence[Reading], messages: Sequence[Any]) -> bool:
-        rolls = [reading.roll_rad for reading in readings if isinstance(reading, Attitude)]
-        speeds = [rpm for message in messages if message.get_type().startswith("ESC_") for rpm in message.rpm]
-        own = [reading.speed_rpm for reading in readings if isinstance(reading, ThrusterReport)]
-        return own == speeds and rolls == [m.roll for m in messages if m.get_type() == "ATTITUDE"]
-
-    return Comparison("MAVLink to readings", "pymavlink parse_buffer", "message", len(datagrams), ours, theirs, agree)
+    return Comparison(work, "pymavlink parse_buffer", "message", len(packets(STREAM_S)), ours, theirs, _agree)
 
 
-def _autopilot_stream(ticks: int) -> list[bytes]:
-    """Five messages a tick after one HEARTBEAT, packed by pymavlink."""
-    autopilot = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
-    heartbeat = mavlink.MAVLink_heartbeat_message(mavlink.MAV_TYPE_SUBMARINE, 3, 0x51, 19, 4, 3)
-    messages = [heartbeat]
-    for tick in range(ticks):
-        boot_ms = 1000 + 20 * tick
-        pulses = [1500 + (tick + channel) % 400 for channel in range(8)] + [0] * 8
-        rpm = [1000 + (7 * tick + esc) % 500 for esc in range(4)]
-        messages += [
-            mavlink.MAVLink_attitude_message(boot_ms, 0.001 * (tick % 500), 0.2, 0.3, 0.01, 0.02, 0.03),
-            mavlink.MAVLink_servo_output_raw_message(1000 * boot_ms, 0, *pulses),
-            mavlink.MAVLink_esc_telemetry_1_to_4_message(
-                [30] * 4, [1550] * 4, [150] * 4, [0] * 4, rpm, [tick % 65536] * 4
-            ),
-            mavlink.MAVLink_global_position_int_message(
-                boot_ms, 474_000_000 + tick, 85_000_000, -1000, -1000, 10, 20, 30, 9000
-            ),
-            mavlink.MAVLink_local_position_ned_message(boot_ms, 1.0, 2.0, 3.0, 0.1, 0.2, 0.3),
-        ]
-    return [_packed(autopilot, message) for message in messages]
+def tlog() -> Comparison:
+    """A ground station's log to readings, beside pymavlink's reader of such logs."""
+
+    def theirs() -> list[Any]:
+        with _log() as path:
+            log = mavutil.mavlink_connection(str(path), dialect="ardupilotmega")
+            messages = list(iter(log.recv_msg, None))
+            log.close()
+            return messages
+
+    return Comparison("tlog to readings", "pymavlink mavlogfile", "message", _messages(), _read, theirs, _agree)
 
 
-def _packed(autopilot: Any, message: Any) -> bytes:
-    data: bytes = message.pack(autopilot)
-    autopilot.seq = (autopilot.seq + 1) % 256
-    return data
+def has_fasttlogparser() -> bool:
+    """Whether that peer is installed: it is no dependency, for it only builds with `--no-build-isolation`."""
+    return find_spec("fasttlogparser") is not None
+
+
+def tlog_columns() -> Comparison:
+    """The same beside a reader in C++, which gives columns of every message."""
+    import fasttlogparser
+
+    def theirs() -> dict[str, Any]:
+        with _log() as path:
+            columns: dict[str, Any] = fasttlogparser.parseTLog(str(path))[0]
+            return columns
+
+    def agree(readings: Sequence[Reading], columns: dict[str, Any]) -> bool:
+        return bool(_rolls(readings) == columns["ATTITUDE"]["roll"].tolist())
+
+    return Comparison("tlog to readings", "fasttlogparser (columns)", "message", _messages(), _read, theirs, agree)
+
+
+def _read() -> list[Reading]:
+    with _log() as path:
+        return [reading for some in read_tlog(path, MavlinkDecoder(THRUSTERS), DamageReport()) for reading in some]
+
+
+@contextmanager
+def _log() -> Iterator[Path]:
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "dive.tlog"
+        path.write_bytes(_log_bytes())
+        yield path
+
+
+@cache
+def _log_bytes() -> bytes:
+    stamped = packets(LOG_S)
+    return b"".join(round(1e6 * time_s).to_bytes(8, "big") + packet for time_s, packet in stamped)
+
+
+def _messages() -> int:
+    return len(packets(LOG_S))
+
+
+def _agree(readings: Sequence[Reading], messages: Sequence[Any]) -> bool:
+    outputs = [m for m in messages if m.get_type() == "SERVO_OUTPUT_RAW"]
+    pulses = [getattr(m, f"servo{one}_raw") for m in outputs for one in range(1, SERVOS + 1)]
+    commands = [reading.fraction for reading in readings if isinstance(reading, ThrusterCommand)]
+    rolls = [m.roll for m in messages if m.get_type() == "ATTITUDE"]
+    return commands == [PULSES.fraction(pulse) for pulse in pulses] and _rolls(readings) == rolls
+
+
+def _rolls(readings: Sequence[Reading]) -> list[float]:
+    return [reading.roll_rad for reading in readings if isinstance(reading, Attitude)]

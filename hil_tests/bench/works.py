@@ -7,7 +7,13 @@ from rich.console import Console
 
 from hil_tests.bench.decoding import dbc_status
 from hil_tests.bench.decoding_dronecan import command_blocks, command_frames, status_blocks, status_frames
-from hil_tests.bench.decoding_mavlink import mavlink_stream
+from hil_tests.bench.decoding_mavlink import (
+    has_fasttlogparser,
+    mavlink_bytes,
+    mavlink_datagrams,
+    tlog,
+    tlog_columns,
+)
 from hil_tests.bench.figures import console_beside, shared_options, write
 from hil_tests.bench.navigation_timing import navigation_watch
 from hil_tests.bench.predictor_timing import has_onnx, predictor_step
@@ -29,10 +35,14 @@ WORKS = {
     "esc.RawCommand": command_frames,
     "esc.RawCommand, block": command_blocks,
     "DBC": dbc_status,
-    "MAVLink": mavlink_stream,
+    "MAVLink datagrams": mavlink_datagrams,
+    "MAVLink bytes": mavlink_bytes,
+    "tlog": tlog,
 }
 if has_onnx():
     WORKS["predictor"] = predictor_step
+if has_fasttlogparser():
+    WORKS["tlog columns"] = tlog_columns
 
 
 def time_works(console: Console) -> list[Timing]:
@@ -40,6 +50,10 @@ def time_works(console: Console) -> list[Timing]:
     with processes(1) as pool:  # alone: nothing else shall slow down one side of a ratio
         timings = results([pool.submit(time_work, work) for work in WORKS], "timing")
     console.print(timing_table(timings))
+    if not has_fasttlogparser():
+        console.print(
+            "tlog beside fasttlogparser: skipped, it is not installed and builds with --no-build-isolation only"
+        )
     return timings
 
 

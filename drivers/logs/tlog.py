@@ -1,0 +1,57 @@
+"""MAVLink logs of ground stations (.tlog): packets as they came, each behind the time of its reception.
+
+A record is eight bytes of unix time in microseconds, the highest first, and one packet of MAVLink 1 or 2. There are
+no marks between records: after damage the next one is where a packet with a right checksum stands behind a time that
+fits to the one before it, or to the one after it. Checksums and times are looked at all along, so that a wrong length
+cannot swallow the records behind it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from drivers.logs.damage import DamageReport
+from drivers.logs.kinds import looks_like
+from drivers.logs.tlog_records import RecordWalk, begins_as_record, is_bare_stream
+from drivers.mavlink.decoder import MavlinkDecoder
+from drivers.readings import Reading
+
+CHUNK_BYTES = 1 << 20
+
+
+def read_tlog(path: Path, decoder: MavlinkDecoder, damage: DamageReport) -> Iterator[list[Reading]]:
+    """Readings of a MAVLink log, in its order.
+
+    Args:
+        path: the log.
+        decoder: without a gate: signatures are of the time then, and are not checked.
+        damage: told what is lost, and of times that cannot be right, by their offset in the log.
+
+    Returns:
+        Batches of readings. `time_s` is the record's own time, unix. Times rise, but where the clock of the machine
+        that wrote the log was set; that is told.
+
+    Raises:
+        OSError: the file cannot be read.
+        ValueError: it is no MAVLink log, or one without times; an empty one, or one of zeros, has no readings.
+    """
+    walk = RecordWalk(decoder.take, decoder.wanted, decoder.drops, damage)
+    with path.open("rb") as file:
+        head = file.read(CHUNK_BYTES)
+        _check(path, head)
+        chunk, rest, begin = head, b"", 0
+        while chunk:
+            following = file.read(CHUNK_BYTES)
+            buffer = rest + chunk
+            readings: list[Reading] = []
+            done = walk.read(buffer, begin, readings, last=not following)
+            rest, begin, chunk = buffer[done:], begin + done, following
+            yield readings
+
+
+def _check(path: Path, head: bytes) -> None:
+    if is_bare_stream(head):
+        raise ValueError(f"{path}: want a MAVLink log (.tlog), this is a MAVLink stream without times")
+    if head.strip(b"\0") and not begins_as_record(head):
+        raise ValueError(f"{path}: want a MAVLink log (.tlog), this is {looks_like(head)}")
