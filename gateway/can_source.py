@@ -24,6 +24,8 @@ Take = Callable[[str, Sequence[Reading]], None]
 PortOf = Callable[[CanBus], PortOpener]
 
 LOAD_PERIOD_S = 1.0
+# from so many frames on a block is decoded faster as a whole: they have waited, and there is something to catch up
+BLOCK_MIN = 300
 
 
 class CanSource:
@@ -85,7 +87,10 @@ class CanSource:
     def _on_frames(self, frames: FrameBlock) -> None:
         if self._meter is not None:
             self._meter.read(frames)
-        readings = [reading for frame in frames.frames() for reading in self._decoder.decode(frame)]
+        if len(frames) >= BLOCK_MIN:
+            readings = self._decoder.decode_block(frames).readings()
+        else:
+            readings = [reading for frame in frames.frames() for reading in self._decoder.decode(frame)]
         if readings:
             self._take(self.name, readings)
 

@@ -59,6 +59,21 @@ class CanFrame:
             raise ValueError(f"data must be at most {limit} bytes, got {len(self.data)}")
 
 
+def checked_frame(time_s: float, identifier: int, data: bytes, extended: bool, fd: bool, error: bool) -> CanFrame:
+    """The frame of values that were checked before, as those of a block are: made in half the time."""
+    frame = _new(CanFrame)
+    _set(frame, "time_s", time_s)
+    _set(frame, "identifier", identifier)
+    _set(frame, "data", data)
+    _set(frame, "extended", extended)
+    _set(frame, "fd", fd)
+    _set(frame, "error", error)
+    return frame
+
+
+_new, _set = object.__new__, object.__setattr__
+
+
 @dataclass(frozen=True, slots=True)
 class CanFilter:
     """Wanted: frames of this kind with `frame.identifier & mask == identifier & mask`.

@@ -9,12 +9,14 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.can.frame import CLASSIC_DATA_BYTES, FD_DATA_BYTES, CanFrame
+from drivers.can.frame import CLASSIC_DATA_BYTES, FD_DATA_BYTES, CanFrame, checked_frame
 
 FloatArray: TypeAlias = NDArray[np.float64]
 Selection: TypeAlias = slice | NDArray[np.intp] | NDArray[np.bool_]
 
 EXTENDED, FD, ERROR = 1, 2, 4  # bits of `FrameBlock.kind`
+# (extended, fd, error) by kind
+_KINDS = tuple((bool(kind & EXTENDED), bool(kind & FD), bool(kind & ERROR)) for kind in range(8))
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,17 +59,11 @@ class FrameBlock:
     def frames(self) -> Iterator[CanFrame]:
         """One by one."""
         columns = (self.time_s, self.identifier, self.kind, self.length)
-        for row, (time_s, identifier, kind, length) in enumerate(
-            zip(*(column.tolist() for column in columns), strict=True)
-        ):
-            yield CanFrame(
-                time_s,
-                identifier,
-                self.data[row, :length].tobytes(),
-                extended=bool(kind & EXTENDED),
-                fd=bool(kind & FD),
-                error=bool(kind & ERROR),
-            )
+        width, data = self.data.shape[1], self.data.tobytes()
+        starts = range(0, len(data), width)
+        for start, time_s, identifier, kind, length in zip(starts, *(one.tolist() for one in columns), strict=True):
+            extended, fd, error = _KINDS[kind]
+            yield checked_frame(time_s, identifier, data[start : start + length], extended, fd, error)
 
     @staticmethod
     def of(frames: Sequence[CanFrame]) -> FrameBlock:

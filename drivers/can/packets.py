@@ -115,8 +115,10 @@ def stamps_of(packets: Datagrams) -> FloatArray:
 
 def lost_before(packets: Datagrams) -> int | None:
     """What the kernel counts as lost since the socket was opened, up to the last of them; None: it says nothing."""
-    kind = _column(packets.control, _LOST_AT + _KIND_START, _INT)
-    counted = np.flatnonzero((packets.control_size >= _LOST_START + _COUNT_BYTES) & (kind == SO_RXQ_OVFL))
+    long_enough = packets.control_size >= _LOST_START + _COUNT_BYTES
+    if not long_enough.any():
+        return None
+    counted = np.flatnonzero(long_enough & (_column(packets.control, _LOST_AT + _KIND_START, _INT) == SO_RXQ_OVFL))
     if not counted.size:
         return None
     return int(_column(packets.control[counted[-1:]], _LOST_START, np.dtype(np.uint32))[0])

@@ -78,14 +78,14 @@ def traffic(periods):
 
 
 async def test_blocks_of_any_size_give_what_frames_one_by_one_give(source, port, taken, tmp_path):
-    frames, config = list(traffic(40)), parse(TWO_THRUSTERS, tmp_path)
+    frames, config = list(traffic(100)), parse(TWO_THRUSTERS, tmp_path)
     decoder = can_decoder(config.can[0], config.thruster)
     wanted = [reading for frame in frames for reading in decoder.decode(frame)]
     async with running(source):
-        for start, end in ((0, 1), (1, 3), (3, 9), (9, 200), (200, len(frames))):
+        for start, end in ((0, 1), (1, 3), (3, 9), (9, 200), (200, len(frames) - 1), (len(frames) - 1, len(frames))):
             port.incoming.put_nowait(frames[start:end])
         await until(lambda: source.received == len(frames))
-    assert Counter(map(type, wanted)) == {ThrusterCommand: 80, ThrusterReport: 80}
+    assert Counter(map(type, wanted)) == {ThrusterCommand: 200, ThrusterReport: 200}
     assert taken == wanted
     assert not source.drops()
 
