@@ -119,6 +119,9 @@ class CommandSource(Section):
         None, description="DroneCAN: rpm at full thrust, for esc.RPMCommand; left out: esc.RawCommand is read"
     )
     servo_channel: int | None = Field(None, ge=1, le=32, description="MAVLink: output in SERVO_OUTPUT_RAW, from 1")
+    actuator: int | None = Field(
+        None, ge=1, le=32, description="MAVLink: output in PX4's ACTUATOR_OUTPUT_STATUS, from 1, in place of a servo"
+    )
     controller_id: int | None = Field(None, ge=0, le=254, description='VESC: its "VESC ID" in VESC Tool')
     control: Control | None = Field(None, description="VESC: which commands it gets: SET_DUTY, SET_CURRENT...")
     signal: str | None = Field(None, pattern=SIGNAL, description='DBC: "Message.signal"')

@@ -46,7 +46,7 @@ COMMAND_KEYS: Mapping[str, _Keys] = {
     "dronecan": _Keys(("esc_index",), ("bidirectional", "maximum_rpm", "reverse")),
     "vesc": _Keys(("controller_id", "control"), ("minimum", "maximum", "dead_band", "reverse")),
     "dbc": _Keys(("signal", *_SCALE), ("dead_band", "reverse")),
-    MAVLINK: _Keys(("servo_channel",), (*_SCALE, "dead_band", "reverse")),
+    MAVLINK: _Keys(("servo_channel | actuator",), (*_SCALE, "dead_band", "reverse")),
 }
 RPM_KEYS: Mapping[str, _Keys] = {
     "dronecan": _Keys(("esc_index",), ("node_id", "signed", "reverse")),
@@ -194,7 +194,8 @@ def _scale_problems(thruster: Thruster, protocols: Mapping[str, str]) -> Iterato
 
 def _shared_places(thrusters: Sequence[Thruster], protocols: Mapping[str, str]) -> Iterator[Problem]:
     """Two thrusters cannot have one ESC, one servo output or one signal."""
-    for key, place in (("command", "servo_channel"), ("command", "signal"), ("rpm", "signal"), ("rpm", "rpm_sensor")):
+    alone = {"command": ("servo_channel", "actuator", "signal"), "rpm": ("signal", "rpm_sensor")}
+    for key, place in ((key, place) for key, places in alone.items() for place in places):
         yield from _twins(place, _places(thrusters, protocols, (key,), place))
     for place in ("esc_index", "controller_id"):
         yield from _twins(place, _places(thrusters, protocols, ("command", "rpm"), place))

@@ -58,8 +58,11 @@ def streams(config: Config, autopilot: int) -> list[Stream]:
 def thruster_streams(thrusters: Sequence[Thruster], autopilot: int) -> Iterator[Stream]:
     """Commands and speeds of the thrusters that are read over MAVLink."""
     measured = [one.rpm for one in thrusters if one.rpm.link == MAVLINK]
-    if any(one.command.link == MAVLINK for one in thrusters):
+    commands = [one.command for one in thrusters if one.command.link == MAVLINK]
+    if any(command.servo_channel is not None for command in commands):
         yield Stream(formats.SERVO_OUTPUT_RAW.message_id, THRUSTER_RATE_HZ)
+    if any(command.actuator is not None for command in commands):
+        yield Stream(formats.ACTUATOR_OUTPUT_STATUS.message_id, THRUSTER_RATE_HZ)
     if any(rpm.rpm_sensor is not None for rpm in measured):
         yield Stream(formats.RPM.message_id, THRUSTER_RATE_HZ)
     if not any(rpm.esc_index is not None for rpm in measured):

@@ -41,7 +41,9 @@ def command_scale(source: CommandSource) -> CommandScale:
 
 
 def _default_dead_band(source: CommandSource) -> float:
-    return PWM_DEAD_BAND_US if source.servo_channel is not None else 0.0
+    """That of a Basic ESC on outputs in microseconds: an actuator's are by default, and may be in any other unit."""
+    in_us = source.servo_channel is not None or (source.actuator is not None and source.minimum is None)
+    return PWM_DEAD_BAND_US if in_us else 0.0
 
 
 def can_decoder(bus: CanBus, thrusters: Sequence[Thruster]) -> CanDecoder:
@@ -179,6 +181,7 @@ def _mavlink(thruster: Thruster) -> MavlinkThruster:
     return MavlinkThruster(
         thruster=thruster.number,
         servo_channel=command.servo_channel if commanded else None,
+        actuator=command.actuator if commanded else None,
         command_scale=command_scale(command) if commanded else None,
         esc_index=rpm.esc_index if measured else None,
         signed=bool(rpm.signed) and measured,

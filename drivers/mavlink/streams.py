@@ -84,6 +84,7 @@ _ALWAYS_READ = frozenset(
     one.message_id
     for one in (
         formats.SERVO_OUTPUT_RAW,
+        formats.ACTUATOR_OUTPUT_STATUS,
         formats.ATTITUDE,
         formats.RAW_IMU,
         formats.HIGHRES_IMU,

@@ -34,14 +34,20 @@ def problems(text: str, folder: Path = Path("/nowhere")) -> dict[str, str]:
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_examples_load_and_give_decoders(path):
     config = load(path)
-    thrusters = {"bluerov2_heavy_dronecan": 8, "pwm_mavlink_esc": 6, "vendor_dbc": 2, "vesc": 4}
+    thrusters = {
+        "bluerov2_heavy_dronecan": 8,
+        "dronecan_over_mavlink": 6,
+        "pwm_mavlink_esc": 6,
+        "vendor_dbc": 2,
+        "vesc": 4,
+    }
     assert len(config.thruster) == thrusters[path.stem]
     assert all(can_decoder(bus, config.thruster).filters() for bus in config.can)
     assert mavlink_decoder(config.mavlink, config.thruster).drops == {}
 
 
-def test_there_are_four_examples():
-    assert len(EXAMPLES) == 4
+def test_there_are_five_examples():
+    assert len(EXAMPLES) == 5
 
 
 def test_what_is_left_out_has_its_default(config):
@@ -153,6 +159,17 @@ CLASHES = {
         + thruster(1, 'link = "mavlink", servo_channel = 1', ESC(0))
         + thruster(2, 'link = "mavlink", servo_channel = 1', ESC(1)),
         "thruster[number=2].command.servo_channel",
+    ),
+    "actuator twice": (
+        '[mavlink]\nendpoint = "udpin:127.0.0.1:1"\n'
+        + thruster(1, 'link = "mavlink", actuator = 1', ESC(0))
+        + thruster(2, 'link = "mavlink", actuator = 1', ESC(1)),
+        "thruster[number=2].command.actuator",
+    ),
+    "servo and actuator": (
+        '[mavlink]\nendpoint = "udpin:127.0.0.1:1"\n'
+        + thruster(1, 'link = "mavlink", servo_channel = 1, actuator = 1', ESC(0)),
+        "thruster[number=1].command.servo_channel",
     ),
     "scale": (
         '[mavlink]\nendpoint = "udpin:127.0.0.1:1"\n'

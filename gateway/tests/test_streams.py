@@ -12,9 +12,10 @@ from gateway.tests.conftest import NAVIGATION_WATCH, SPEED_WATCH, TWO_THRUSTERS
 
 ARDUPILOT, PX4 = 3, 12
 SYSTEM_TIME, ATTITUDE, LOCAL, GLOBAL, GPS_RAW, SERVO = 2, 30, 32, 33, 24, 36
-RPM, ESC_TELEMETRY, ESC_STATUS, ESC_INFO, RAW_IMU = 226, 11030, 291, 290, 27
+RPM, ESC_TELEMETRY, ESC_STATUS, ESC_INFO, RAW_IMU, ACTUATORS = 226, 11030, 291, 290, 27, 375
 
 CAN_ONLY = TWO_THRUSTERS.replace('{ link = "mavlink", servo_channel = 3 }', '{ link = "can0", esc_index = 1 }')
+ACTUATOR = TWO_THRUSTERS.replace("servo_channel = 3", "actuator = 3")
 ESCS = CAN_ONLY.replace('rpm = { link = "can0", esc_index = 1 }', 'rpm = { link = "mavlink", esc_index = 1 }')
 SENSOR = CAN_ONLY.replace('rpm = { link = "can0", esc_index = 1 }', 'rpm = { link = "mavlink", rpm_sensor = 2 }')
 SPEED = TWO_THRUSTERS.replace("rpm = {", "ahead = 1\nrpm = {", 1) + SPEED_WATCH
@@ -37,6 +38,7 @@ def asked(text, tmp_path, autopilot=ARDUPILOT):
         (CAN_ONLY, ARDUPILOT, set()),
         (CAN_ONLY, PX4, set()),
         (TWO_THRUSTERS, ARDUPILOT, {SERVO}),
+        (ACTUATOR, PX4, {ACTUATORS}),
         (ESCS, ARDUPILOT, {ESC_TELEMETRY}),
         (ESCS, PX4, {ESC_STATUS, ESC_INFO}),
         (SENSOR, ARDUPILOT, {RPM}),
