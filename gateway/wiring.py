@@ -69,10 +69,15 @@ def mavlink_decoder(
     can_frames: ForwardedFrames | None = None,
 ) -> MavlinkDecoder:
     """The decoder of the autopilot's link, for the thrusters that are wired to it, navigation sensors, and CAN."""
-    wired = [_mavlink(one) for one in thrusters if _uses(one, MAVLINK)]
+    wired = mavlink_thrusters(thrusters)
     return MavlinkDecoder(
         wired, mavlink.component_id, mavlink.system_id, navigation, gate, mavlink.operators, can_frames
     )
+
+
+def mavlink_thrusters(thrusters: Sequence[Thruster]) -> list[MavlinkThruster]:
+    """What the autopilot's messages, or its logs, say of thrusters that are wired to it."""
+    return [_mavlink(one) for one in thrusters if _uses(one, MAVLINK)]
 
 
 def refused_signals(bus: CanBus, database: Path, thrusters: Sequence[Thruster]) -> Iterator[tuple[str, object, str]]:
