@@ -82,7 +82,7 @@ class MavlinkDecoder:
         can_frames: ForwardedFrames | None = None,
     ) -> None:
         check_component(own_component)
-        for name in ("thruster", "esc_index", "rpm_sensor", "actuator"):
+        for name in ("thruster", "esc_index", "rpm_sensor"):
             _check_unique(name, [getattr(thruster, name) for thruster in thrusters])
         self.drops: Counter[str] = Counter()
         self.heard: Counter[int] = Counter()

@@ -27,9 +27,8 @@ class EscInfoMessage(dialect.MAVLink_message):
     id = 290
     crc_extra = 251
 
-    def __init__(self, index, time_usec, count, error_count, temperature):
+    def __init__(self, index, time_usec, count, error_count, temperature, flags=(0, 0, 0, 0)):
         super().__init__(290, "ESC_INFO")
-        flags = (0, 0, 0, 0)
         self.payload = struct.pack(
             "<Q4IH4H4h4B", time_usec, *error_count, 1, *flags, *temperature, index, count, 4, 15
         )
@@ -62,6 +61,10 @@ class Peer:
     def servo_output(self, pulses_us, time_us=1_000_000, port=0, **options):
         channels = list(pulses_us) + [0] * (16 - len(pulses_us))
         return self.pack(dialect.MAVLink_servo_output_raw_message(time_us, port, *channels), **options)
+
+    def actuator_output(self, outputs, time_us=1_000_000):
+        actuators = list(outputs) + [0.0] * (32 - len(outputs))
+        return self.pack(dialect.MAVLink_actuator_output_status_message(time_us, len(outputs), actuators))
 
     def esc_telemetry(self, group=0, temperature=(20, 0, 0, 0), voltage=(1600, 0, 0, 0), current=(150, 0, 0, 0),
                       rpm=(900, 0, 0, 0), count=(1, 0, 0, 0)):  # fmt: skip

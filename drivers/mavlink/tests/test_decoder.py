@@ -159,6 +159,29 @@ def test_a_port_that_does_not_exist_is_ignored():
     assert decode.decode(Peer().servo_output([1500], port=200), 0.0) == []
 
 
+@given(st.lists(FLOAT32, min_size=32, max_size=32))
+def test_actuator_outputs(outputs):
+    decode = decoder(*[thruster(i, actuator=i, command_scale=PWM) for i in range(1, 33)])
+    data = Peer().actuator_output(outputs)
+    (sent,) = messages_in(data)
+    used = {i: PWM.fraction(value) for i, value in enumerate(sent.actuator, start=1) if value != 0.0}
+    assert decode.decode(data, 2.0) == [
+        ThrusterCommand(2.0, i, fraction) for i, fraction in used.items() if fraction is not None
+    ]
+    assert decode.drops["command out of range"] == list(used.values()).count(None)
+    assert decode.decode(data, 2.1) == []
+    assert decode.drops["repeated"] == 1
+
+
+def test_zero_of_an_actuator_is_a_command_where_it_lies_within_the_scale():
+    decode = decoder(
+        thruster(1, actuator=1, command_scale=CommandScale(-1.0, 0.0, 1.0)),
+        thruster(2, actuator=2, command_scale=PWM),
+    )
+    assert decode.decode(Peer().actuator_output([0.0, 0.0]), 2.0) == [ThrusterCommand(2.0, 1, 0.0)]
+    assert not decode.drops
+
+
 @given(st.integers(0, 7), FOUR_UINT16, FOUR_UINT16, FOUR_UINT16, st.tuples(*[st.integers(0, 255)] * 4))
 def test_esc_telemetry(group, voltage, current, rpm, temperature):
     decode = decoder(*[thruster(i + 1, esc_index=i) for i in range(32)])
@@ -246,6 +269,47 @@ def test_esc_info_of_px4():
         ThrusterReport(1.0, 1, temperature_k=298.15, error_count=7),
         ThrusterReport(1.0, 2, error_count=8),
     ]
+
+
+def test_failures_that_an_esc_reports_are_counted_by_their_names():
+    decode = decoder(thruster(3, esc_index=1))
+    flags = (0b1, 0b10_0010_0001, 0, 0)
+    decode.decode(Peer().pack(EscInfoMessage(0, 1, 2, (0,) * 4, (2500,) * 4, flags)), 1.0)
+    assert decode.drops == {
+        "ESC of thruster 3 says: over current": 1,
+        "ESC of thruster 3 says: motor stuck": 1,
+        "ESC of thruster 3 says: ESC over temperature": 1,
+    }
+
+
+def groups(peer, time_us, first, second):
+    voltage = (16.0, math.nan, 16.0, 16.0)
+    return [
+        peer.pack(EscStatusMessage(index, time_us, rpm, voltage, (1.0,) * 4))
+        for index, rpm in ((0, first), (4, second))
+    ]
+
+
+def test_px4_versions_that_repeat_the_first_four_escs_as_the_next_four():
+    decode, peer = decoder(thruster(1, esc_index=0), thruster(5, esc_index=4)), Peer()
+
+    def numbers(time_us, first, second):
+        readings = decode.decode(b"".join(groups(peer, time_us, first, second)), time_us / 1e6)
+        return [(reading.thruster, reading.speed_rpm) for reading in readings]
+
+    rest, turning, other = (0,) * 4, (900, 910, 0, 5), (900, 910, 0, 6)
+    assert numbers(1_000_000, rest, rest) == [(1, 0), (5, 0)]  # may well be so
+    assert numbers(2_000_000, turning, turning) == [(1, 900)]
+    assert numbers(3_000_000, rest, rest) == [(1, 0)]
+    assert decode.drops == {"ESC group with the values of the first": 2}
+    assert numbers(4_000_000, turning, other) == [(1, 900), (5, 900)]
+
+
+def test_px4_versions_that_repeat_what_they_know_of_the_first_four_escs():
+    decode, peer = decoder(thruster(1, esc_index=0), thruster(5, esc_index=4)), Peer()
+    data = b"".join(peer.pack(EscInfoMessage(index, 1, 8, (7, 0, 0, 0), (2500, 2600, 0, 0))) for index in (0, 4))
+    assert decode.decode(data, 1.0) == [ThrusterReport(1.0, 1, temperature_k=298.15, error_count=7)]
+    assert decode.drops == {"ESC group with the values of the first": 1}
 
 
 @pytest.mark.parametrize(
@@ -369,6 +433,9 @@ def test_a_configured_autopilot_has_no_rival():
         lambda: thruster(servo_channel=33, command_scale=PWM),
         lambda: thruster(servo_channel=1),
         lambda: thruster(command_scale=PWM),
+        lambda: thruster(actuator=33, command_scale=PWM),
+        lambda: thruster(actuator=1),
+        lambda: thruster(actuator=1, servo_channel=1, command_scale=PWM),
         lambda: thruster(esc_index=64),
         lambda: thruster(rpm_sensor=3),
         lambda: thruster(rpm_sensor=1, esc_index=0),

@@ -1,6 +1,7 @@
 """Framing of damaged streams."""
 
 from collections import Counter
+from itertools import pairwise
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -74,6 +75,30 @@ def test_mutated_streams_never_raise(data):
     for start in range(0, len(stream), 17):
         scan.feed(bytes(stream[start : start + 17]), 0.0)
     assert scan.feed(bytes(300) + Peer().heartbeat(), 9.0)[-1].message_id == HEARTBEAT
+
+
+class OpenGate:
+    """Lets all in. With any gate, every frame is found the careful way."""
+
+    def refusal(self, frame, packet, time_s):
+        return ""
+
+
+@given(st.data())
+def test_the_quick_way_and_the_careful_one_find_the_same(data):
+    mixed = [Peer(system=1 + i % 2).attitude(i, mavlink1=data.draw(st.booleans())) for i in range(4)]
+    stream = bytearray(b"".join([*frames(8), *mixed, *frames(4)]))
+    for _ in range(data.draw(st.integers(0, 6))):
+        start = data.draw(st.integers(0, len(stream)))
+        stream[start : start + data.draw(st.integers(0, 30))] = data.draw(st.binary(max_size=30))
+    cuts = sorted(data.draw(st.lists(st.integers(0, len(stream)), max_size=12)))
+    quick_drops, careful_drops = Counter(), Counter()
+    quick = FrameScanner((ATTITUDE,), quick_drops)
+    careful = FrameScanner((ATTITUDE,), careful_drops, OpenGate())
+    for number, (begin, end) in enumerate(pairwise([0, *cuts, len(stream)])):
+        part, time_s = bytes(stream[begin:end]), number * data.draw(st.sampled_from([0.01, 0.2]))
+        assert quick.feed(part, time_s) == careful.feed(part, time_s)
+        assert (quick_drops, quick.pending) == (careful_drops, careful.pending)
 
 
 def test_a_frame_cut_off_by_silence_does_not_hold_up_the_next():
