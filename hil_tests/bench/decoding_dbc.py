@@ -1,7 +1,6 @@
 """Vendor messages and VESC's: frames to readings by our decoders, alone and in blocks, and to values by cantools.
 
-Both sides start from the same bytes, frames as SocketCAN hands them out (struct can_frame, 16 bytes each), and the
-peer from python-can's Message. The peer stops at a dictionary of values, ours goes on to readings.
+The peer makes python-can's Message of each frame, and stops at a dictionary of values.
 """
 
 from __future__ import annotations
@@ -9,31 +8,24 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from importlib.resources import as_file, files
-from struct import Struct
 from typing import Any
 
 import can
 import cantools
-import numpy as np
 
 from drivers.can.dbc import DbcDecoder, DbcThruster
 from drivers.can.frame import EXTENDED_MASK, CanFrame
-from drivers.can.frame_block import EXTENDED, FrameBlock
 from drivers.can.messages.decoder import MessageDecoder
 from drivers.can.vesc import VescDecoder, VescThruster
 from drivers.can.vesc_messages import Status, encode_command
 from drivers.command import CommandScale
 from drivers.reading_block import ReadingBlock
 from drivers.readings import Reading
-from hil_tests.bench.decoding import numbers
+from hil_tests.bench.decoding import EXTENDED_FLAG, PACKED, numbers, packed, unpacked
 from hil_tests.bench.timing import Comparison
 
 PAIRS = 5000  # of a command and a status
 PERIOD_S = 0.01
-EXTENDED_FLAG = 0x8000_0000
-# identifier with its flags, bytes of data, data
-PACKED = Struct("<IB3x8s")
-COLUMNS = np.dtype([("identifier", "<u4"), ("length", "u1"), ("padding", "u1", 3), ("data", "u1", 8)])
 FULL_COMMAND = 1000.0  # fractions are compared in thousandths
 PEER = "cantools, python-can Message"
 
@@ -103,7 +95,7 @@ def _vendor(work: str, decode: Callable[[_Traffic], Any], readings_of: Callable[
     return _beside(
         work,
         _Traffic(
-            _packed(_vendor_frames(database)),
+            packed(_vendor_frames(database)),
             lambda: DbcDecoder(database, [thruster]),
             database,
             lambda values: round(values.get("Speed", 10.0 * values.get("Percent", 0.0))),
@@ -127,7 +119,7 @@ def _vesc(work: str, decode: Callable[[_Traffic], Any], readings_of: Callable[[A
     return _beside(
         work,
         _Traffic(
-            _packed(_vesc_frames()),
+            packed(_vesc_frames()),
             lambda: VescDecoder([thruster]),
             cantools.database.load_string(VESC_DATABASE, "dbc"),
             lambda values: round(
@@ -146,34 +138,16 @@ def _vesc_frames() -> Iterable[CanFrame]:
         yield Status(VESC_POLE_PAIRS * speed_rpm, 0.25 * (number % 64), 0.5).frame(VESC_ID)
 
 
-def _packed(frames: Iterable[CanFrame]) -> bytes:
-    return b"".join(
-        PACKED.pack(frame.identifier | EXTENDED_FLAG * frame.extended, len(frame.data), frame.data.ljust(8, b"\0"))
-        for frame in frames
-    )
-
-
 def _one_by_one(traffic: _Traffic) -> list[Reading]:
     decoder = traffic.decoder()
     readings: list[Reading] = []
-    for frame in _block(traffic.stream).frames():
+    for frame in unpacked(traffic.stream, PERIOD_S).frames():
         readings += decoder.decode(frame)
     return readings
 
 
 def _in_a_block(traffic: _Traffic) -> ReadingBlock:
-    return traffic.decoder().decode_block(_block(traffic.stream))
-
-
-def _block(stream: bytes) -> FrameBlock:
-    columns = np.frombuffer(stream, COLUMNS)
-    return FrameBlock(
-        PERIOD_S * np.arange(len(columns), dtype=np.float64),
-        columns["identifier"] & np.uint32(EXTENDED_MASK),
-        np.where(columns["identifier"] >= EXTENDED_FLAG, EXTENDED, 0).astype(np.uint8),
-        columns["length"],
-        columns["data"],
-    )
+    return traffic.decoder().decode_block(unpacked(traffic.stream, PERIOD_S))
 
 
 def _by_peer(traffic: _Traffic) -> list[dict[str, float]]:

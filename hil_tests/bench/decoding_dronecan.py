@@ -7,8 +7,7 @@ own.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from struct import Struct
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -23,19 +22,14 @@ from drivers.can.dronecan import (
     encode_raw_command,
 )
 from drivers.can.frame import EXTENDED_MASK, CanFrame
-from drivers.can.frame_block import EXTENDED, FrameBlock
 from drivers.reading_block import ReadingBlock
 from drivers.readings import Reading
-from hil_tests.bench.decoding import numbers
+from hil_tests.bench.decoding import PACKED, numbers, packed, unpacked
 from hil_tests.bench.timing import Comparison
 
 MESSAGES = 1500
 ESCS = 8
 PERIOD_S = 0.0007  # from frame to frame: eight ESCs at 50 Hz
-EXTENDED_FLAG = 0x8000_0000
-# identifier with its flags, bytes of data, data
-PACKED = Struct("<IB3x8s")
-COLUMNS = np.dtype([("identifier", "<u4"), ("length", "u1"), ("padding", "u1", 3), ("data", "u1", 8)])
 
 
 def status_frames() -> Comparison:
@@ -59,7 +53,7 @@ def command_blocks() -> Comparison:
 
 
 def _statuses() -> bytes:
-    return _packed(
+    return packed(
         frame
         for number in range(MESSAGES)
         for frame in encode_esc_status(_status(number), 11 + number % ESCS, number // ESCS % 32)
@@ -73,14 +67,8 @@ def _status(number: int) -> EscStatus:
 
 def _commands() -> bytes:
     commands = np.random.default_rng(1).integers(-COMMAND_MAX, COMMAND_MAX + 1, (MESSAGES, ESCS)).tolist()
-    return _packed(
+    return packed(
         frame for number, command in enumerate(commands) for frame in encode_raw_command(command, 10, number % 32)
-    )
-
-
-def _packed(frames: Iterable[CanFrame]) -> bytes:
-    return b"".join(
-        PACKED.pack(frame.identifier | EXTENDED_FLAG, len(frame.data), frame.data.ljust(8, b"\0")) for frame in frames
     )
 
 
@@ -98,15 +86,7 @@ def _one_by_one(stream: bytes) -> list[Reading]:
 
 
 def _in_a_block(stream: bytes) -> ReadingBlock:
-    columns = np.frombuffer(stream, COLUMNS)
-    block = FrameBlock(
-        PERIOD_S * np.arange(len(columns)),
-        columns["identifier"] & EXTENDED_MASK,
-        np.full(len(columns), EXTENDED, np.uint8),
-        columns["length"],
-        columns["data"],
-    )
-    return _decoder().decode_block(block)
+    return _decoder().decode_block(unpacked(stream, PERIOD_S))
 
 
 def _by_peer(stream: bytes) -> list[Any]:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import click
 from rich.console import Console
 
-from hil_tests.bench.decoding import dbc_status
+from hil_tests.bench.decoding_dbc import dbc_blocks, dbc_frames, vesc_blocks, vesc_frames
 from hil_tests.bench.decoding_dronecan import command_blocks, command_frames, status_blocks, status_frames
+from hil_tests.bench.decoding_logs import candump_hilspy, candump_python_can, has_hilspy
 from hil_tests.bench.decoding_mavlink import (
     has_fasttlogparser,
     mavlink_bytes,
@@ -34,13 +35,19 @@ WORKS = {
     "esc.Status, block": status_blocks,
     "esc.RawCommand": command_frames,
     "esc.RawCommand, block": command_blocks,
-    "DBC": dbc_status,
+    "DBC": dbc_frames,
+    "DBC, block": dbc_blocks,
+    "VESC": vesc_frames,
+    "VESC, block": vesc_blocks,
+    "candump log": candump_python_can,
     "MAVLink datagrams": mavlink_datagrams,
     "MAVLink bytes": mavlink_bytes,
     "tlog": tlog,
 }
 if has_onnx():
     WORKS["predictor"] = predictor_step
+if has_hilspy():
+    WORKS["candump log, compiled"] = candump_hilspy
 if has_fasttlogparser():
     WORKS["tlog columns"] = tlog_columns
 
@@ -50,6 +57,10 @@ def time_works(console: Console) -> list[Timing]:
     with processes(1) as pool:  # alone: nothing else shall slow down one side of a ratio
         timings = results([pool.submit(time_work, work) for work in WORKS], "timing")
     console.print(timing_table(timings))
+    if not has_hilspy():
+        console.print(
+            "candump log beside hilspy: skipped, it is not installed: pip install 'thruster-gateway[bench]'"
+        )
     if not has_fasttlogparser():
         console.print(
             "tlog beside fasttlogparser: skipped, it is not installed and builds with --no-build-isolation only"
