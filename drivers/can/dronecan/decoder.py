@@ -47,6 +47,8 @@ _SINGLE_FRAME = START_OF_TRANSFER | END_OF_TRANSFER
 
 Rows: TypeAlias = NDArray[np.int64]
 Told: TypeAlias = list[tuple[int, Reading]]
+# takes the data and the time of a frame
+Read: TypeAlias = Callable[[bytes, float], Sequence[Reading]]
 
 
 class DroneCanDecoder:
@@ -81,6 +83,7 @@ class DroneCanDecoder:
         self._commands = CommandReader(thrusters, self.drops)
         self._reports = ReportReader(thrusters, speed_limit_rpm, self._nodes, self.drops)
         self._receivers: dict[int, TransferReceiver] = {}
+        self._streams: dict[int, Read] = {}
         self._readers: dict[int, Callable[[bytes, int, float], Sequence[Reading]]] = {
             ESC_STATUS.key: self._reports.read,
             RAW_COMMAND.data_type.key: partial(self._commands.read, RAW_COMMAND),
@@ -95,14 +98,16 @@ class DroneCanDecoder:
     def decode(self, frame: CanFrame) -> Sequence[Reading]:
         """Readings of the transfer that this frame completes, and what is to be told of its node; else empty."""
         stream = frame.identifier & STREAM_MASK
-        if stream & MESSAGE_MASK not in _TYPES or not frame.extended or frame.error:
+        read = self._streams.get(stream) or self._open(stream)
+        if read is None or not frame.extended or frame.error:
             return ()
         source = stream & SOURCE_MASK
         if frame.fd or source == 0:
             self.drops["CAN FD" if frame.fd else "anonymous node"] += 1
             return ()
-        babbling = self._rates.take(source, frame.time_s)
-        readings = self._read(stream, frame.data, frame.time_s)
+        time_s = frame.time_s
+        babbling = self._rates.take(source, time_s)
+        readings = read(frame.data, time_s)
         return readings if babbling is None else [*readings, babbling]
 
     def decode_block(self, block: FrameBlock) -> ReadingBlock:
@@ -150,7 +155,9 @@ class DroneCanDecoder:
             while done < len(handovers) and handovers[done][0] < row:
                 self._nodes.speaks_for(*handovers[done][1:])
                 done += 1
-            told += [(row, one) for one in self._read(frame.identifier & STREAM_MASK, frame.data, frame.time_s)]
+            stream = frame.identifier & STREAM_MASK
+            read = self._streams.get(stream) or self._open(stream)
+            told += [(row, one) for one in (read(frame.data, frame.time_s) if read is not None else ())]
         for _, thruster, node in handovers[done:]:
             self._nodes.speaks_for(thruster, node)
         return told
@@ -161,14 +168,31 @@ class DroneCanDecoder:
             receiver = self._receivers[stream] = TransferReceiver(_TYPES[stream & MESSAGE_MASK], self.drops)
         return receiver
 
-    def _read(self, stream: int, data: bytes, time_s: float) -> Sequence[Reading]:
+    def _open(self, stream: int) -> Read | None:
+        """What reads the frames of a data type and a node; None where nothing does."""
         key, source = stream & MESSAGE_MASK, stream & SOURCE_MASK
+        if key not in _TYPES:
+            return None
         if key == NODE_STATUS.key:
-            return self._read_node(data, source, time_s)
-        payload = self._receiver(stream).accept(data, time_s)
-        return () if payload is None else self._readers[key](payload, source, time_s)
+            read: Read = partial(self._read_node, source)
+        else:
+            read = self._transfers(self._receiver(stream).accept, self._readers[key], source)
+        self._streams[stream] = read
+        return read
 
-    def _read_node(self, data: bytes, source: int, time_s: float) -> Sequence[Reading]:
+    @staticmethod
+    def _transfers(
+        accept: Callable[[bytes, float], bytes | None],
+        read: Callable[[bytes, int, float], Sequence[Reading]],
+        source: int,
+    ) -> Read:
+        def read_frame(data: bytes, time_s: float) -> Sequence[Reading]:
+            payload = accept(data, time_s)
+            return () if payload is None else read(payload, source, time_s)
+
+        return read_frame
+
+    def _read_node(self, source: int, data: bytes, time_s: float) -> Sequence[Reading]:
         """A NodeStatus: what repeats it is of interest, so that no receiver may throw it away."""
         tail = data[-1] if data else 0
         single = tail & (_SINGLE_FRAME | TOGGLE) == _SINGLE_FRAME

@@ -47,6 +47,11 @@ class Setpoints:
         return (1 << self.bits - 1) - 1
 
     @cached_property
+    def mask(self) -> int:
+        """Of a word."""
+        return (1 << self.bits) - 1
+
+    @cached_property
     def counts(self) -> dict[int, int]:
         """How many numbers a payload of so many bytes has; any other length is wrong."""
         return {(count * self.bits + 7) // 8: count for count in range(SETPOINTS_MAX + 1)}
@@ -80,7 +85,7 @@ class Setpoints:
         count = self.counts.get(len(payload))
         if count is None:
             return None
-        packed, shift, mask = int.from_bytes(payload, "big"), 8 * len(payload), (1 << self.bits) - 1
+        packed, shift, mask = int.from_bytes(payload, "big"), 8 * len(payload), self.mask
         return [packed >> shift - self.bits * place & mask for place in range(1, count + 1)]
 
     def word_column(self, payloads: NDArray[np.uint8], esc_index: int) -> NDArray[np.int64]:
@@ -91,7 +96,7 @@ class Setpoints:
             window <<= 8
             if place < payloads.shape[1]:
                 window |= payloads[:, place]
-        return window >> _WINDOW_BITS - self.bits - offset & (1 << self.bits) - 1
+        return window >> _WINDOW_BITS - self.bits - offset & self.mask
 
     def number(self, word: Integers) -> Integers:
         """What a word means, or each of many."""

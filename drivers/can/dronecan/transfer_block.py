@@ -216,9 +216,9 @@ def _one_by_one(
                 break
             group += 1
             at_once[group] = False
-    for group in range(groups):
-        if at_once[group] and (group + 1 == groups or source[group + 1] != source[group]):
-            receiver_of(source[group]).resume(*frames.frame(last[group]))
+    newest = np.append(np.flatnonzero(np.diff(frames.source[frames.first])), groups - 1)  # of each node
+    for group in newest[at_once[newest]].tolist():
+        receiver_of(source[group]).resume(*frames.frame(last[group]))
     return completed
 
 

@@ -137,6 +137,21 @@ def test_a_dive_in_blocks_is_the_dive_frame_by_frame(losses):
         assert decoder.drops == expected.drops
 
 
+def test_what_a_receiver_refuses_in_a_regular_pattern_is_refused_in_a_block():
+    """A start that is taken for a repetition of one that is too old: what comes after it goes by the one before."""
+    six, five = (
+        encode_esc_status(EscStatus(0, 16.0, 2.0, 300.0, rpm, 50, 0), 11, number)
+        for rpm, number in ((600, 6), (500, 5))
+    )
+    times = [(10.0, six), (10.0, five[:1]), (12.5, five), (11.0, six)]
+    frames = [replace(frame, time_s=time_s) for time_s, several in times for frame in several]
+    expected, decoder = DroneCanDecoder(ESCS), DroneCanDecoder(ESCS)
+    readings = one_by_one(expected, frames)
+    assert len(readings) == 1 and expected.drops["timed out"] == 2 and expected.drops["repeated transfer"] == 3
+    assert decoder.decode_block(FrameBlock.of(frames)).readings() == readings
+    assert decoder.drops == expected.drops
+
+
 def test_columns_ascend_by_thruster_and_row_and_none_is_empty():
     block = DroneCanDecoder(WIRED).decode_block(FrameBlock.of(dive(1.0)))
     for columns in (block.commands, block.reports):
@@ -191,3 +206,8 @@ def test_the_fastest_commander_does_not_babble():
     decoder = DroneCanDecoder(ESCS)
     block = decoder.decode_block(FrameBlock.of(frames))
     assert block.others == () and decoder.drops == Counter()
+
+
+def test_a_clock_that_jumps_all_the_time_costs_no_memory():
+    rates = FrameRates()
+    assert rates.take_block(np.full(50_000, 7, np.int64), 1e6 * (np.arange(50_000) % 2)) == []
