@@ -140,10 +140,10 @@ class _Held:
         """Has the aligner remember what it would after each by itself."""
         if len(self.time_s) == self.remembered == 0:
             return
-        rows = range(int(self.first[-1]), len(self.time_s))
+        oldest_s = self.time_s[-1] - aligner.held.keep_s if len(self.time_s) > self.remembered else self.time_s[0]
+        needed = int(np.searchsorted(self.time_s, oldest_s, side="right")) - 1
+        rows = range(max(int(self.first[-1]), needed), len(self.time_s))
         aligner.held.replace(Point(float(self.time_s[row]), float(self.value[row])) for row in rows)
-        if len(self.time_s) > self.remembered:
-            aligner.held.forget_before(float(self.time_s[-1]) - aligner.held.keep_s)
         if len(samples):
             aligner.held.forget_before(float(samples.time_s[-1]))
 

@@ -17,6 +17,7 @@ from gateway.control.subject_words import subjects_named, wanted, watched_subjec
 from gateway.logs import start_logging
 from gateway.operator import MUTE_MAX_S
 from gateway.problems import ConfigError
+from gateway.replay.command import replay
 from gateway.training.command import train
 
 DISTRIBUTION = "thruster-gateway"
@@ -77,6 +78,7 @@ def main() -> None:
 
 
 main.add_command(train)
+main.add_command(replay)
 
 
 def loaded(path: Path) -> Config:

@@ -1,0 +1,146 @@
+"""Logs to readings of the configuration's links, by the decoders of the running gateway."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+
+from drivers.can.decoder import CanDecoder
+from drivers.logs.can_log import open_can_log
+from drivers.logs.damage import DamageReport
+from drivers.logs.dataflash import dataflash_clock, read_dataflash
+from drivers.logs.tlog import read_tlog
+from drivers.logs.ulog import read_ulog, ulog_clock
+from drivers.mavlink.forwarded_frames import ForwardedFrames
+from drivers.reading_block import ReadingBlock
+from drivers.readings import IdentityConflict
+from gateway.config import Config
+from gateway.config_sections import MAVLINK, CanBus, Mavlink
+from gateway.replay.log_input import LogInput, LogKind
+from gateway.wiring import can_decoder, mavlink_decoder, mavlink_thrusters
+
+Blocks = Iterator[tuple[str, ReadingBlock]]
+
+
+class LogReadings:
+    """One log, or several of one kind that follow each other.
+
+    Args:
+        logs: in the order of their times.
+        config: whose links they are of.
+
+    Attributes:
+        damage: of each log, what was lost of it.
+        unused: frames of interfaces that no link of the configuration is for, by interface.
+
+    Raises:
+        ValueError: the configuration has no link that such a log could be of.
+    """
+
+    def __init__(self, logs: Sequence[LogInput], config: Config) -> None:
+        self.logs, self._config = tuple(logs), config
+        self.damage = {log.path: DamageReport() for log in logs}
+        self.unused: Counter[str] = Counter()
+        self._drops: dict[str, Counter[str]] = {}
+        self._decoders: dict[str, CanDecoder] = {}
+        self._buses: dict[str, CanBus | None] = {}
+        for log in logs:
+            _check(log, config)
+
+    def drops(self) -> dict[str, Counter[str]]:
+        """What the decoders threw away, by link and cause."""
+        return self._drops | {name: decoder.drops for name, decoder in self._decoders.items()}
+
+    @property
+    def unix(self) -> bool:
+        """Whether the times are unix seconds; else they count from some beginning."""
+        clocks = {LogKind.DATAFLASH: dataflash_clock, LogKind.ULOG: ulog_clock}
+        return all(log.kind not in clocks or clocks[log.kind](log.path).is_unix for log in self.logs)
+
+    def __iter__(self) -> Blocks:
+        """Link and readings, part by part of the log.
+
+        Raises:
+            OSError: a log cannot be read.
+            ValueError: it is not of its kind.
+        """
+        for log in self.logs:
+            yield from self._can(log) if log.kind is LogKind.CAN else self._mavlink(log)
+
+    def _can(self, log: LogInput) -> Blocks:
+        for interface, frames in open_can_log(log.path, self.damage[log.path]):
+            bus = self._bus(interface, log)
+            if bus is None:
+                self.unused[interface] += len(frames)
+            else:
+                yield bus.name, self._decoder(bus).decode_block(frames)
+
+    def _bus(self, interface: str, log: LogInput) -> CanBus | None:
+        if interface not in self._buses:
+            self._buses[interface] = _bus_of(interface, log, self._config)
+        return self._buses[interface]
+
+    def _decoder(self, bus: CanBus) -> CanDecoder:
+        if bus.name not in self._decoders:
+            self._decoders[bus.name] = can_decoder(bus, self._config.thruster)
+        return self._decoders[bus.name]
+
+    def _mavlink(self, log: LogInput) -> Blocks:
+        if log.kind is LogKind.TLOG:
+            yield from self._tlog(log)
+            return
+        read = read_dataflash if log.kind is LogKind.DATAFLASH else read_ulog
+        wired = mavlink_thrusters(self._config.thruster)
+        for readings in read(log.path, wired, self.damage[log.path], self._config.navigation is not None):
+            yield MAVLINK, ReadingBlock.of(readings)
+
+    def _tlog(self, log: LogInput) -> Blocks:
+        """Of the link, and of the bus that the autopilot forwards over it."""
+        config, drops = self._config, Counter[str]()
+        bus = next((bus for bus in config.can if bus.forwarded), None)
+        forwarded = ForwardedFrames(drops)
+        decoder = mavlink_decoder(
+            _mavlink_of(config, log),
+            config.thruster,
+            navigation=config.navigation is not None,
+            can_frames=None if bus is None else forwarded,
+        )
+        self._drops[MAVLINK] = decoder.drops
+        for readings in read_tlog(log.path, decoder, self.damage[log.path]):
+            decoder.answers()  # nobody is there to take them
+            # the gateway that watched this dive spoke on the link as well: it is no other program with its ids
+            heard = [reading for reading in readings if not isinstance(reading, IdentityConflict)]
+            yield MAVLINK, ReadingBlock.of(heard)
+            if bus is not None:
+                frames = [one.frame for one in forwarded.take() if str(one.bus) == bus.channel]
+                decoded = [reading for frame in frames for reading in self._decoder(bus).decode(frame)]
+                yield bus.name, ReadingBlock.of(decoded)
+
+
+def _mavlink_of(config: Config, log: LogInput) -> Mavlink:
+    if config.mavlink is None:
+        raise ValueError(f"{log.path} is a log of an autopilot: the configuration has no [mavlink]")
+    return config.mavlink
+
+
+def _check(log: LogInput, config: Config) -> None:
+    if log.kind is not LogKind.CAN:
+        _mavlink_of(config, log)
+    buses = {bus.name for bus in config.can}
+    if log.link is not None and (log.link in buses) != (log.kind is LogKind.CAN):
+        wanted = "a log of CAN" if log.link in buses else "a .tlog, .BIN or .ulg"
+        raise ValueError(f"{log.link}={log.path}: it is a {log.kind} log, want {wanted} for {log.link}")
+    if log.kind is LogKind.CAN and not buses:
+        raise ValueError(f"{log.path} is a log of CAN: the configuration has no [[can]]")
+
+
+def _bus_of(interface: str, log: LogInput, config: Config) -> CanBus | None:
+    """The bus that an interface of a log is: as the user said, by channel or name, by its number in a tool's file."""
+    if log.link is not None:
+        return config.bus(log.link)
+    for bus in config.can:
+        if interface in (bus.channel, bus.name) and not bus.forwarded:
+            return bus
+    number = int(interface) if interface.isdecimal() else 0
+    own = [bus for bus in config.can if not bus.forwarded]
+    return own[number - 1] if 1 <= number <= len(own) else None
