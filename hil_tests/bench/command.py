@@ -9,7 +9,7 @@ import click
 from click.core import ParameterSource
 from rich.console import Console
 
-from hil_tests.bench import navigation, speed, supervisor, thruster
+from hil_tests.bench import live, navigation, speed, supervisor, thruster
 from hil_tests.bench.figures import console_beside, shared_options, write
 from hil_tests.bench.navigation_measure import Options as NavigationOptions
 from hil_tests.bench.works import time_works, timing
@@ -20,6 +20,7 @@ PARTS: dict[str, Callable[[int, Console], Any]] = {
     "speed": lambda jobs, console: speed.measure(speed.Options(), jobs, console),
     "navigation": lambda jobs, console: navigation.measure(NavigationOptions(), jobs, console),
     "supervisor": lambda _, console: supervisor.measure(supervisor.CHANGES, console),
+    "live": lambda _, console: live.measure(live.FEW_SECONDS, console),
     "timing": lambda _, console: time_works(console),
 }
 
@@ -42,5 +43,5 @@ def bench(context: click.Context, *, jobs: int, json_file: str | None) -> None:
         )
 
 
-for part in (thruster.thruster, speed.speed, navigation.navigation, supervisor.supervisor, timing):
+for part in (thruster.thruster, speed.speed, navigation.navigation, supervisor.supervisor, live.live, timing):
     bench.add_command(part)
