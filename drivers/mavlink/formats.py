@@ -63,8 +63,9 @@ COMMAND_LONG = generated("COMMAND_LONG")
 COMMAND_INT = generated("COMMAND_INT")
 COMMAND_ACK = generated("COMMAND_ACK")
 RPM = generated("RPM")
-CAN_FRAME = generated("CAN_FRAME")
-CANFD_FRAME = generated("CANFD_FRAME")
+# id with flags, target system and component, bus, length, and the data as bytes: pymavlink takes them one by one
+CAN_FRAME = MessageFormat(386, generated("CAN_FRAME").crc_extra, struct.Struct("<IBBBB8s"))
+CANFD_FRAME = MessageFormat(387, generated("CANFD_FRAME").crc_extra, struct.Struct("<IBBBB64s"))
 ESC_TELEMETRY = tuple(generated(f"ESC_TELEMETRY_{first}_TO_{first + 3}") for first in range(1, 33, 4))
 
 # PX4, common.xml: time_usec, error_count[4], counter, failure_flags[4], temperature[4] (0.01 degC),

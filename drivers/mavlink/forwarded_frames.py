@@ -50,12 +50,12 @@ class ForwardedFrames:
         return self._add(values, time_s, fd=True)
 
     def _add(self, values: tuple[Any, ...], time_s: float, *, fd: bool) -> list[Reading]:
-        word, _system, _component, bus, length, *data = values
+        word, _system, _component, bus, length, data = values
         if cause := _fault(word, length, fd):
             self._drops[cause] += 1
         else:
             extended = bool(word & FLAG_EXTENDED)
-            frame = CanFrame(time_s, word & EXTENDED_MASK, bytes(data[:length]), extended=extended, fd=fd)
+            frame = CanFrame(time_s, word & EXTENDED_MASK, data[:length], extended=extended, fd=fd)
             self._frames.append(ForwardedFrame(bus + 1, frame))
         return []
 

@@ -14,6 +14,7 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from drivers.can.dronecan import EscStatus, encode_esc_status, encode_raw_command
+from drivers.can.dronecan.node_status import NodeStatus, encode_node_status
 from drivers.clock import Clock
 from gateway.checking import forwarded_can
 from gateway.checking.forwarded_can import check_forwarded
@@ -29,6 +30,7 @@ from hil_tests.tests.scene import HEAD, STAND_INS, THRUSTER, THRUSTERS, Scene
 
 FORWARD = mavlink.MAV_CMD_CAN_FORWARD
 STATUS_ID, RAW_COMMAND_ID = 1034, 1030
+STATUS_STEPS = round(1.0 / PERIOD_S)
 # what remains of transfers of which a frame is lost
 LOST = {"missing start", "unfinished transfer", "toggle", "transfer id", "repeated transfer", "timed out", "CRC"}
 
@@ -131,7 +133,15 @@ async def test_why_it_is_not_forwarded_is_said(make, can_buses, why, tmp_path, c
 
 
 def steady(scene):
-    return lambda n: list(scene.frames(n))
+    """All that its ESCs and their commander say; each also says once a second how it is."""
+
+    def frames(n):
+        status = NodeStatus(uptime_s=100 + n // STATUS_STEPS)
+        statuses = [encode_node_status(status, node, n // STATUS_STEPS % 32) for node in (10, 21, 22, 23, 24)]
+        said = statuses if n % STATUS_STEPS == 0 else []
+        return [*scene.frames(n), *(frame for one in said for frame in one)]
+
+    return frames
 
 
 @pytest.fixture

@@ -343,7 +343,7 @@ def test_no_values_make_it_raise(word, bus, length, data, fd):
     drops = Counter()
     frames = ForwardedFrames(drops)
     padded = data.ljust(64, b"\0")[: 64 if fd else 8]
-    (frames.fd if fd else frames.classic)((word, 1, 192, bus, length, *padded), 1.0)
+    (frames.fd if fd else frames.classic)((word, 1, 192, bus, length, padded), 1.0)
     taken = frames.take()
     assert len(taken) + drops.total() == 1
     assert all(one.bus == bus + 1 and len(one.frame.data) == length for one in taken)
