@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import os
+import random
 import re
 import socket
 import subprocess
@@ -138,6 +139,92 @@ async def test_serial_port_comes_and_goes_with_its_device():
     os.close(slave)
 
 
+async def test_a_serial_adapter_that_is_unplugged_comes_back_under_its_name(tmp_path):
+    device = tmp_path / "ttyUSB0"  # as udev keeps it, in /dev/serial/by-id
+    async with Watcher(f"serial:{device}:115200") as watcher:
+        await until(lambda: watcher.states)
+        assert "No such file" in watcher.states[0].detail
+        for times in (1, 2):
+            master, slave = os.openpty()
+            tty.setraw(master)
+            device.symlink_to(os.ttyname(slave))
+            await until(lambda times=times, master=master: said(master, watcher, times))
+            device.unlink()
+            os.close(master)
+            os.close(slave)
+            await until(lambda: not watcher.states[-1].up)
+    assert [state.up for state in watcher.states] == [False, True, False, True, False]
+
+
+def said(master, watcher, times):
+    """Says it until it is heard: what is written before the other end is opened is lost."""
+    if len(watcher.readings) < times:
+        os.write(master, Peer().heartbeat())
+    return len(watcher.readings) >= times
+
+
+async def test_a_message_that_is_cut_off_with_its_connection_costs_no_other():
+    server = socket.create_server(("127.0.0.1", 0))
+    whole = Peer().heartbeat()
+    async with Watcher(f"tcp:127.0.0.1:{server.getsockname()[1]}") as watcher:
+        for cut in (3, 10, len(whole) - 1):
+            before = len(watcher.readings)
+            connection, _ = await asyncio.to_thread(server.accept)
+            connection.sendall(whole + whole[:cut])
+            await until(lambda before=before: len(watcher.readings) == before + 1)
+            connection.close()
+    server.close()
+    assert len(watcher.readings) == 3
+    assert watcher.decoder.drops.total() > 0
+
+
+async def test_garbage_between_messages_is_counted_and_no_more():
+    port, noise = free_port(), random.Random(1)
+    async with Watcher(f"udpin:127.0.0.1:{port}") as watcher:
+        await until(lambda: watcher.states)
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+            sender.connect(("127.0.0.1", port))
+            for number in range(50):
+                sender.send(noise.randbytes(noise.randrange(300)))
+                sender.send(Peer().heartbeat() + noise.randbytes(3))
+                if number % 10 == 9:
+                    await asyncio.sleep(0.01)
+            await until(lambda: len(watcher.readings) == 50)
+    assert all(isinstance(reading, AutopilotHeartbeat) for reading in watcher.readings)
+    assert watcher.decoder.drops.total() > 0
+    assert [state.up for state in watcher.states] == [False, True]
+
+
+async def test_pauses_between_tries_double_up_to_a_limit_and_begin_anew_after_bytes(monkeypatch):
+    pauses, sleep = [], asyncio.sleep
+
+    async def note(seconds):
+        pauses.append(seconds)
+        await sleep(0.001)
+
+    port = free_port(socket.SOCK_STREAM)
+    async with Watcher(f"tcp:127.0.0.1:{port}") as watcher:
+        monkeypatch.setattr("drivers.mavlink.link.asyncio.sleep", note)
+        await eventually(sleep, lambda: len(pauses) >= 8)
+        server = await asyncio.to_thread(socket.create_server, ("127.0.0.1", port))
+        connection, _ = await asyncio.to_thread(server.accept)
+        connection.sendall(Peer().heartbeat())
+        await eventually(sleep, lambda: watcher.readings)
+        tried = len(pauses)
+        server.close()
+        connection.close()
+        await eventually(sleep, lambda: len(pauses) > tried)
+        monkeypatch.undo()
+    assert pauses[:8] == [0.25, 0.5, 1.0, 2.0, 4.0, 5.0, 5.0, 5.0]
+    assert pauses[tried] == 0.25
+
+
+async def eventually(sleep, condition):
+    async with asyncio.timeout(10.0):
+        while not condition():
+            await sleep(0.002)
+
+
 async def test_tcp_reconnects_when_the_server_returns():
     server = socket.create_server(("127.0.0.1", 0))
     address = server.getsockname()
@@ -207,7 +294,17 @@ async def test_nobody_listens_yet_is_counted_and_survived():
             watcher.link.send(MavlinkEncoder(1).encode(CompanionHeartbeat(CompanionState.ACTIVE)))
             await asyncio.sleep(0.02)
         assert not watcher.task.done()
-    assert watcher.link.unsent["Connection refused"] >= 1
+        assert watcher.link.unsent["Connection refused"] >= 1
+        host, port = watcher.link.endpoint.host, watcher.link.endpoint.port
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as late:  # and when somebody does, that is heard
+            late.bind((host, port))
+            late.settimeout(0.0)
+            while not watcher.readings:
+                watcher.link.send(MavlinkEncoder(1).encode(CompanionHeartbeat(CompanionState.ACTIVE)))
+                await asyncio.sleep(0.02)
+                with contextlib.suppress(BlockingIOError):
+                    late.sendto(Peer().heartbeat(), late.recvfrom(512)[1])
+    assert watcher.states[-1].up
 
 
 async def test_a_line_that_does_not_drain_never_blocks():
