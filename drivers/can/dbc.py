@@ -15,7 +15,7 @@ from cantools.database.can import Database, Message
 
 from drivers.can.dbc_database import compile_signal, find_signal, load_database, message_layout
 from drivers.can.messages.decoder import MessageDecoder
-from drivers.can.messages.plan import MessagePlan
+from drivers.can.messages.plan import MessageLayout, MessagePlan
 from drivers.can.messages.signal_reader import Signal
 from drivers.can.messages.speed_reader import POLE_PAIR_UNITS, SPEED_LIMIT_RPM, SpeedSignal, SpeedUnit, rpm_per_unit
 from drivers.can.messages.thruster_reader import CommandSignal, ReportSignals
@@ -127,6 +127,7 @@ class _Wanted:
     """What is read of one message."""
 
     message: Message
+    layout: MessageLayout
     commands: list[CommandSignal] = field(default_factory=list)
     reports: dict[int, ReportSignals] = field(default_factory=dict)
 
@@ -156,15 +157,15 @@ class _Draft:
     def plans(self, drops: Counter[str]) -> list[MessagePlan]:
         """One for each message."""
         return [
-            MessagePlan(message_layout(one.message), one.commands, list(one.reports.values()), drops)
-            for one in self._wanted.values()
+            MessagePlan(one.layout, one.commands, list(one.reports.values()), drops) for one in self._wanted.values()
         ]
 
     def _add_signal(self, thruster: DbcThruster, quantity: str, reference: str) -> None:
         message, found = find_signal(self._database, reference)
         sentinels = quantity == "speed" and thruster.speed_unit != "pulse_count"
         signal = compile_signal(message, found, limits=quantity != "command", sentinels=sentinels)
-        wanted = self._wanted.setdefault((message.frame_id, message.is_extended_frame), _Wanted(message))
+        layout = message_layout(message)
+        wanted = self._wanted.setdefault((layout.identifier, layout.extended), _Wanted(message, layout))
         if wanted.message.name != message.name:
             raise ValueError(
                 f"messages {wanted.message.name} and {message.name} have one identifier: mend the database"

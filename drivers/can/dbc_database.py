@@ -11,6 +11,7 @@ import cantools
 from cantools.database.can import Database, Message
 from cantools.database.can import Signal as DatabaseSignal
 
+from drivers.can.frame import FD_DATA_BYTES
 from drivers.can.messages.bit_field import BitField, Kind
 from drivers.can.messages.plan import MessageLayout
 from drivers.can.messages.signal_reader import LARGEST, Signal, ends_of_range
@@ -66,7 +67,16 @@ def _named(name: str, kind: str, candidates: Iterable[_Named]) -> _Named:
 
 
 def message_layout(message: Message) -> MessageLayout:
-    """The frame of a message."""
+    """The frame of a message.
+
+    Raises:
+        ValueError: it is longer than a frame.
+    """
+    if message.length > FD_DATA_BYTES:
+        raise ValueError(
+            f"message {message.name} has {message.length} bytes: it takes several frames (a transport protocol), "
+            "which are not put together; want a message of one frame"
+        )
     return MessageLayout(message.frame_id, bool(message.is_extended_frame), message.length)
 
 

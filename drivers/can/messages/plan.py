@@ -10,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.can.frame import CLASSIC_DATA_BYTES, CanFrame
+from drivers.can.frame import CLASSIC_DATA_BYTES, FD_DATA_BYTES, CanFrame
 from drivers.can.frame_block import FD, FrameBlock
 from drivers.can.messages.field_layout import FieldLayout
 from drivers.can.messages.thruster_reader import CommandReader, CommandSignal, ReportReader, ReportSignals
@@ -31,12 +31,19 @@ class MessageLayout:
         identifier, extended: of its frames.
         length: of its data, in bytes.
         tail: True: whatever stands behind the data is let pass.
+
+    Raises:
+        ValueError: a length that no frame has.
     """
 
     identifier: int
     extended: bool
     length: int
     tail: bool = False
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.length <= FD_DATA_BYTES:
+            raise ValueError(f"length must lie in 0..{FD_DATA_BYTES}, got {self.length}")
 
 
 class MessagePlan:

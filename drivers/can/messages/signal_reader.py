@@ -32,7 +32,7 @@ class Signal:
         selectors: multiplexers, each with those of its numbers that say that the signal is there; all must.
 
     Raises:
-        ValueError: a multiplexer that is no integer below 64 bits.
+        ValueError: a scale or offset that is no number, or a multiplexer that is no integer below 64 bits.
     """
 
     field: BitField
@@ -44,6 +44,8 @@ class Signal:
     selectors: tuple[tuple[BitField, frozenset[int]], ...] = ()
 
     def __post_init__(self) -> None:
+        if not (math.isfinite(self.scale) and math.isfinite(self.offset)):
+            raise ValueError(f"scale and offset must be finite, got {self.scale} and {self.offset}")
         for selector, _ in self.selectors:
             if selector.kind == "float" or selector.bits >= WORD_BITS:
                 raise ValueError(f"a multiplexer must be an integer of less than {WORD_BITS} bits, got {selector}")

@@ -53,7 +53,16 @@ class ReportSignals:
 
 
 class CommandReader:
-    """Reads the command of one thruster."""
+    """Reads the command of one thruster.
+
+    Args:
+        command: what to read.
+        layout: of its message.
+        drops: where commands that are none are counted.
+
+    Attributes:
+        read: function from the numbers of one frame and its time to the reading; None where there is none.
+    """
 
     def __init__(self, command: CommandSignal, layout: FieldLayout, drops: Counter[str]) -> None:
         self._thruster, self._scale, self._drops = command.thruster, command.scale, drops
@@ -76,6 +85,7 @@ class CommandReader:
         return read
 
     def columns(self, columns: Sequence[Column], row: IndexArray, time_s: FloatArray) -> CommandColumns:
+        """`read` of the frames at `row` (N,), received at `time_s` (N,)."""
         value = self._reader.column(columns)
         fraction = self._scale.fractions(value)
         known = ~np.isnan(fraction)
@@ -86,7 +96,16 @@ class CommandReader:
 
 
 class ReportReader:
-    """Reads what a message reports of one thruster."""
+    """Reads what a message reports of one thruster.
+
+    Args:
+        report: what to read.
+        layout: of the message.
+        drops: where values that are none are counted.
+
+    Attributes:
+        read: function from the numbers of one frame and its time to the reading; None where nothing is known.
+    """
 
     def __init__(self, report: ReportSignals, layout: FieldLayout, drops: Counter[str]) -> None:
         def reader(signal: Signal | None, quantity: str) -> SignalReader | None:
@@ -118,6 +137,7 @@ class ReportReader:
         return read
 
     def columns(self, columns: Sequence[Column], row: IndexArray, time_s: FloatArray) -> ReportColumns:
+        """`read` of the frames at `row` (N,), received at `time_s` (N,)."""
         unknown = np.full(len(row), np.nan)
         speed_rpm = unknown if self._speed is None else self._speed.column(columns, time_s)
         voltage_v, current_a, temperature_k = (

@@ -288,6 +288,15 @@ def test_a_signal_that_no_number_can_be_read_of_is_refused(tmp_path, signal, mes
         DbcDecoder(tmp_path / "wide.dbc", [DbcThruster(1, speed="Wide.S")])
 
 
+def test_a_message_of_several_frames_is_refused(tmp_path):
+    text = 'VERSION ""\nNS_ :\nBS_:\nBU_: X\nBO_ 2566844926 Big: 100 X\n SG_ S : 8|8@1+ (1,0) [0|0] "" X\n'
+    (tmp_path / "big.dbc").write_text(text)
+    with pytest.raises(
+        ValueError, match=r"message Big has 100 bytes: it takes several frames .* want a message of one"
+    ):
+        DbcDecoder(tmp_path / "big.dbc", [DbcThruster(1, speed="Big.S")])
+
+
 def test_a_count_that_is_a_float_is_refused(files):
     thruster = DbcThruster(1, speed="Floats.Turning", speed_unit="pulse_count", pole_pairs=7)
     with pytest.raises(ValueError, match="speed of thruster 1: a pulse count must be an integer, got a float"):
