@@ -14,6 +14,7 @@ from drivers.can.dronecan.reports import count
 from drivers.can.dronecan.setpoints import RAW_COMMAND, RPM_COMMAND, Setpoints
 from drivers.can.dronecan.thruster import DroneCanThruster, commanded_by, raw_fractions
 from drivers.can.dronecan.transfer_block import Bools, Integers, Transfers
+from drivers.command import CommandScale
 from drivers.reading_block import CommandColumns
 from drivers.readings import Reading, ThrusterCommand
 
@@ -28,18 +29,22 @@ class _Part:
         thruster: whose.
         number: its number.
         offset: bits before its word.
+        scale: of its numbers.
         fraction: what a word means, -1.0..1.0; None: out of range.
     """
 
     thruster: DroneCanThruster
     number: int
     offset: int
+    scale: CommandScale
     fraction: Fraction
 
     @classmethod
     def of(cls, thruster: DroneCanThruster, message: Setpoints) -> _Part:
         """A thruster's part in a message."""
-        return cls(thruster, thruster.thruster, message.bits * thruster.esc_index, _fraction(thruster, message))
+        scale = thruster.scale
+        fraction = raw_fractions(scale).__getitem__ if message is RAW_COMMAND else _fraction(scale, message)
+        return cls(thruster, thruster.thruster, message.bits * thruster.esc_index, scale, fraction)
 
 
 class CommandReader:
@@ -119,14 +124,17 @@ class CommandReader:
 
     def _columns(self, message: Setpoints, transfers: Transfers) -> list[CommandColumns]:
         """Commands of each thruster that has any."""
-        given, disarmed = _given(message, transfers), _disarmed(message, transfers)
+        if not len(transfers):
+            return []
+        given = _given(message, transfers)
+        disarmed = _disarmed(message, transfers, given)
         columns = []
         for part in self._parts[message.data_type.key]:
             thruster = part.thruster
             having = given > thruster.esc_index
             count(self._drops, "command missing", ~having)
             words = message.word_column(transfers.payload, thruster.esc_index)
-            fractions = thruster.scale.fractions(message.number(words).astype(np.float64))
+            fractions = part.scale.fractions(message.number(words).astype(np.float64))
             fractions[disarmed] = 0.0
             valid = ~np.isnan(fractions)
             count(self._drops, "command out of range", having & ~valid)
@@ -134,6 +142,10 @@ class CommandReader:
                 rows, times_s = transfers.row[valid], transfers.time_s[valid]
                 columns.append(CommandColumns(thruster.thruster, rows, times_s, fractions[valid]))
         return columns
+
+
+def _fraction(scale: CommandScale, message: Setpoints) -> Fraction:
+    return lambda word: scale.fraction(message.number(word))
 
 
 _set_time_s, _set_thruster, _set_fraction = (
@@ -153,13 +165,6 @@ def _command(time_s: float, thruster: int, fraction: float) -> ThrusterCommand:
     return command
 
 
-def _fraction(thruster: DroneCanThruster, message: Setpoints) -> Fraction:
-    scale = thruster.scale
-    if message is RAW_COMMAND:
-        return raw_fractions(scale).__getitem__
-    return lambda word: scale.fraction(message.number(word))
-
-
 def _given(message: Setpoints, transfers: Transfers) -> Integers:
     """(N,) how many numbers each message has."""
     given = np.zeros(message.data_type.payload_max + 1, np.int64)
@@ -167,11 +172,11 @@ def _given(message: Setpoints, transfers: Transfers) -> Integers:
     return given[transfers.size]
 
 
-def _disarmed(message: Setpoints, transfers: Transfers) -> Bools:
+def _disarmed(message: Setpoints, transfers: Transfers, given: Integers) -> Bools:
     """(N,) whether all numbers of a message are 0; what fills up its last byte is none."""
     payload, size = transfers.payload, transfers.size
     last = payload[np.arange(len(payload)), size - 1].astype(np.int64)
-    padding = 8 * size - message.bits * _given(message, transfers)
+    padding = 8 * size - message.bits * given
     others = payload.sum(axis=1, dtype=np.int64) - last
     disarmed: Bools = (others == 0) & (last >> padding == 0)
     return disarmed

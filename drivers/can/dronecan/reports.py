@@ -109,6 +109,8 @@ class ReportReader:
     def read_block(self, transfers: Transfers) -> BlockReports:
         """Readings of many messages: of each, what `read` gives."""
         reports = BlockReports()
+        if not len(transfers):
+            return reports
         right = transfers.size == STATUS_DTYPE.itemsize
         count(self._drops, "wrong length", ~right)
         transfers = transfers.part(right)

@@ -75,6 +75,8 @@ class _Frames:
         tail: (M,) last byte of each; 0 of an empty one.
         first: (G,) place of the first frame of each group.
         count: (G,) frames of each group.
+        last: (G,) place of the last frame of each group.
+        size: (G,) bytes in all frames of each group, where all but the last are full.
     """
 
     def __init__(self, block: FrameBlock, rows: Integers) -> None:
@@ -90,13 +92,10 @@ class _Frames:
         begins[1:] |= self.source[1:] != self.source[:-1]
         begins[:1] = True
         self.first = np.flatnonzero(begins)
-        self.count = np.diff(self.first, append=len(rows))
+        self.last = np.append(self.first[1:], len(rows)) - 1
+        self.count = self.last - self.first + 1
+        self.size = STEP * (self.count - 1) + self.length[self.last] - 1
         self._bytes = b""
-
-    @property
-    def last(self) -> Integers:
-        """(G,) place of the last frame of each group."""
-        return self.first + self.count - 1
 
     def frame(self, place: int) -> tuple[bytes, float]:
         """Data and time of one."""
@@ -115,11 +114,8 @@ class _Frames:
         passed_s = self.time_s - np.repeat(self.time_s[self.first], self.count)
         fits = (self.tail == expected) & (passed_s >= 0.0) & (passed_s < TRANSFER_TIMEOUT_S)
         fits &= np.where(ends, self.length > 0, self.length == CLASSIC_DATA_BYTES)
-        return np.logical_and.reduceat(fits, self.first) & (self.size() <= data_type.payload_max + CRC_BYTES)
-
-    def size(self) -> Integers:
-        """(G,) bytes in all frames of a group, where all but the last are full."""
-        return STEP * (self.count - 1) + self.length[self.last] - 1
+        fits_all: Bools = np.logical_and.reduceat(fits, self.first)
+        return fits_all & (self.size <= data_type.payload_max + CRC_BYTES)
 
 
 def receive(
@@ -135,9 +131,10 @@ def receive(
     Returns:
         what is completed by them.
     """
-    frames = _Frames(block, rows)
     if not len(rows):
-        return _join(data_type, frames, np.empty(0, np.int64), np.empty((0, data_type.payload_max), np.uint8), [])
+        nothing = np.empty(0, np.int64)
+        return Transfers(nothing, nothing, np.empty(0), nothing, np.empty((0, data_type.payload_max), np.uint8))
+    frames = _Frames(block, rows)
     whole = np.flatnonzero(frames.whole(data_type))
     payload, right = _payloads(data_type, frames, whole)
     place_of = np.full(len(frames.first), -1)
@@ -150,7 +147,7 @@ def receive(
 
 def _payloads(data_type: DataType, frames: _Frames, groups: Integers) -> tuple[Bytes, Bools]:
     """(N, most bytes) payloads of whole groups, and (N,) whether their CRC is right."""
-    count, size = frames.count[groups], frames.size()[groups]
+    count, size = frames.count[groups], frames.size[groups]
     width = -(-(data_type.payload_max + CRC_BYTES) // STEP) * STEP
     packed = np.zeros((len(groups), width), np.uint8)
     for place in range(width // STEP):
@@ -235,7 +232,7 @@ def _join(
     packed = b"".join(one.ljust(data_type.payload_max, b"\0") for _, one in late)
     payloads = np.concatenate([payload, np.frombuffer(packed, np.uint8).reshape(-1, data_type.payload_max)])
     several = frames.count[groups] > 1
-    sizes = frames.size()[groups] - np.where(several, CRC_BYTES, 0)
+    sizes = frames.size[groups] - np.where(several, CRC_BYTES, 0)
     size = np.concatenate([sizes, np.array([len(one) for _, one in late], np.int64)])
     order = np.argsort(frames.row[places], kind="stable")
     places = places[order]
