@@ -29,14 +29,15 @@ from drivers.logs.frame_text import (
 from drivers.logs.text_log import head_of_text, not_a_log, text_of
 
 _BEGINS = re.compile(
-    rb"^\s*(date\s+\w{2,3}\s|base\s+(hex|dec)|begin triggerblock)|^\s*\d+\.\d{3,9}\s+(\d{1,3}|CANFD)\s", re.M | re.I
+    rb"^[ \t]*(date[ \t]+\w{2,3}[ \t]|base[ \t]+(hex|dec)|begin triggerblock|\d+\.\d{3,9}[ \t]+(\d{1,3}|CANFD)[ \t])",
+    re.M | re.I,
 )
 _BASE = re.compile(r"base\s+(hex|dec)(?:\s+timestamps\s+(absolute|relative))?", re.I)
 _DATE = re.compile(r"(?:date|begin triggerblock)\s+(.*)", re.I)
 _OTHER_HEADER = re.compile(r"//.*|(?:no\s+)?internal\s+events\s+logged|end triggerblock|begin triggerblock", re.I)
 _RECORD = re.compile(r"(\d{1,10}\.\d{1,9})\s+(.*)", re.ASCII)
 _EVENT = re.compile(
-    r"start of measurement|(?:CAN\s+)?\d+\s+(?:statistic|status|J1939TP|.*\sTxRq\s)|(?:SV|log|LIN|ETH|FR)\b", re.I
+    r"start of measurement|(?:CAN\s+)?\d+\s+(?:statistic|status|J1939TP|\S+\s+TxRq\s)|(?:SV|log|LIN|ETH|FR)\b", re.I
 )
 _ERROR = re.compile(r"(?:CANFD\s+)?(\d{1,3})\s+(?:[RT]x\s+)?ErrorFrame\b", re.I)
 _CLASSIC = re.compile(r"(\d{1,3})\s+([^\s]+?)(x?)\s+[RT]x\s+([dr])(?:\s+([^\s]+))?(.*)", re.I)
@@ -89,15 +90,17 @@ class _AscLines:
 
     def read(self, line: bytes) -> LoggedFrame | None:
         """The frame of a line, None if it has none."""
-        if self._header(line.decode("latin-1").strip()):
+        begun = line.lstrip()
+        if not begun[:1].isdigit():
+            self._header(line.decode("latin-1").strip())
             return None
-        record = _RECORD.fullmatch(text_of(line))
+        record = _RECORD.fullmatch(text_of(begun))
         if record is None:
             raise DamagedRecordError("no time")
         return self._event(self._time_s(record[1]), record[2])
 
-    def _header(self, text: str) -> bool:
-        """True for a line of the header, which has its effect, or an empty one."""
+    def _header(self, text: str) -> None:
+        """A line without time takes effect on those that follow, or has none."""
         if base := _BASE.fullmatch(text):
             self._radix = 16 if base[1].lower() == "hex" else 10
             self._relative = (base[2] or "").lower() == "relative"
@@ -105,8 +108,7 @@ class _AscLines:
             self._last_s = 0.0
             self._start_s = _seconds_of_date(date[1])
         elif text and not _OTHER_HEADER.fullmatch(text):
-            return False
-        return True
+            raise DamagedRecordError("no time")
 
     def _time_s(self, text: str) -> float:
         time_s = float(text)
@@ -116,14 +118,14 @@ class _AscLines:
         return time_s + self._start_s
 
     def _event(self, time_s: float, text: str) -> LoggedFrame | None:
-        if error := _ERROR.match(text):
-            return LoggedFrame(error[1], CanFrame(time_s, 0, b"", extended=False, error=True))
-        if _EVENT.match(text):
-            return None
         if classic := _CLASSIC.fullmatch(text):
             return self._classic(time_s, *classic.groups(default=""))
         if flexible := _FLEXIBLE.fullmatch(text):
             return self._flexible(time_s, *flexible.groups())
+        if error := _ERROR.match(text):
+            return LoggedFrame(error[1], CanFrame(time_s, 0, b"", extended=False, error=True))
+        if _EVENT.match(text):
+            return None
         raise DamagedRecordError("no CAN frame")
 
     def _classic(

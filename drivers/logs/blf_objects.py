@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
 from struct import Struct
+from typing import NamedTuple
 
 from drivers.logs.damage import DamagedRecordError, DamageReport
 
@@ -24,9 +24,8 @@ _CONTAINER = Struct("<H6xL4x")  # compression, unpacked size
 _STORED, _DEFLATED = 0, 2
 
 
-@dataclass(frozen=True, slots=True)
-class LogObject:
-    """One object.
+class LogObject(NamedTuple):
+    """One object. (A tuple, for there are many.)
 
     Attributes:
         place: where it is, in words.

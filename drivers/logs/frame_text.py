@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from drivers.can.frame import CLASSIC_DATA_BYTES, EXTENDED_MASK, FD_DATA_BYTES, STANDARD_MASK, CanFrame
 from drivers.can.frame_block import FrameBlock
@@ -20,9 +20,8 @@ _DIGITS = {10: re.compile(r"[0-9]+"), 16: re.compile(r"[0-9A-Fa-f]+")}
 _DIGIT_NAMES = {10: "decimal", 16: "hexadecimal"}
 
 
-@dataclass(frozen=True, slots=True)
-class LoggedFrame:
-    """A frame as the log has it.
+class LoggedFrame(NamedTuple):
+    """A frame as the log has it. (A tuple, for it is made for each line.)
 
     Attributes:
         interface: name of the bus in the log.
@@ -92,10 +91,24 @@ def checked_data(octets: Sequence[str], length: int, fd: bool, radix: int = 16) 
         raise DamagedRecordError("data too long")
     if len(octets) != length:
         raise DamagedRecordError("data of another length than stated")
+    if radix == 16:
+        return _hexadecimal(octets)
     numbers = [whole_number(octet, radix) for octet in octets]
-    if any(number > 0xFF for number in numbers) or (radix == 16 and any(len(octet) != 2 for octet in octets)):
-        raise DamagedRecordError("data not in bytes of two digits" if radix == 16 else "byte out of range")
+    if any(number > 0xFF for number in numbers):
+        raise DamagedRecordError("byte out of range")
     return bytes(numbers)
+
+
+def _hexadecimal(octets: Sequence[str]) -> bytes:
+    try:
+        data = bytes.fromhex(" ".join(octets))
+    except ValueError:
+        data = b""
+    if len(data) == len(octets):
+        return data
+    for octet in octets:
+        whole_number(octet)
+    raise DamagedRecordError("data not in bytes of two digits")
 
 
 def length_of_code(code: int, fd: bool) -> int:

@@ -2,48 +2,45 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drivers.can.frame import CLASSIC_DATA_BYTES, FD_DATA_BYTES, CanFrame
-from drivers.can.frame_block import ERROR, EXTENDED, FD, FrameBlock
+from drivers.can.frame_block import FD, FloatArray, FrameBlock
 
 _NO_FRAME = -1
 _SHORT_MAX = np.iinfo(np.int16).max
 
 
 class LineFrames:
-    """The frames of a number of lines, each of which has one or none.
-
-    Attributes:
-        time_s: (lines,) float64, of those that have one.
-    """
+    """The frames of a number of lines, each of which has one or none."""
 
     def __init__(self, lines: int) -> None:
-        self.time_s = np.zeros(lines)
+        self._time_s = np.zeros(lines)
         self._identifier = np.zeros(lines, dtype=np.uint32)
         self._kind = np.zeros(lines, dtype=np.uint8)
         self._length = np.zeros(lines, dtype=np.uint8)
         self._data = np.zeros((lines, CLASSIC_DATA_BYTES), dtype=np.uint8)
         self._interface = np.full(lines, _NO_FRAME, dtype=np.int32)
         self._interfaces: dict[str, int] = {}
+        self._single: defaultdict[str, list[tuple[int, CanFrame]]] = defaultdict(list)
+
+    @property
+    def time_s(self) -> FloatArray:
+        """(lines,) of those that have a frame; they may be changed."""
+        self._settle()
+        return self._time_s
 
     def put(self, row: int, interface: str, frame: CanFrame) -> None:
         """The frame of one line."""
-        length = len(frame.data)
-        self.time_s[row] = frame.time_s
-        self._identifier[row] = frame.identifier
-        self._kind[row] = frame.extended * EXTENDED | frame.fd * FD | frame.error * ERROR
-        self._length[row] = length
-        self._widen(length)
-        self._data[row, :length] = np.frombuffer(frame.data, dtype=np.uint8)
-        self._interface[row] = self._interfaces.setdefault(interface, len(self._interfaces))
+        self._single[interface].append((row, frame))
 
     def fill(self, rows: NDArray[np.intp], interface: str, frames: FrameBlock) -> None:
         """The frames of many lines."""
-        self.time_s[rows] = frames.time_s
+        self._time_s[rows] = frames.time_s
         self._identifier[rows] = frames.identifier
         self._kind[rows] = frames.kind
         self._length[rows] = frames.length
@@ -53,6 +50,7 @@ class LineFrames:
 
     def blocks(self) -> Iterator[tuple[str, FrameBlock]]:
         """Each interface's frames."""
+        self._settle()
         rows = np.flatnonzero(self._interface != _NO_FRAME)
         interface = self._interface[rows]
         if len(self._interfaces) < _SHORT_MAX:
@@ -66,7 +64,14 @@ class LineFrames:
         kind = self._kind[rows]
         width = FD_DATA_BYTES if (kind & FD).any() else CLASSIC_DATA_BYTES
         data = self._data[rows, :width]
-        return FrameBlock(self.time_s[rows], self._identifier[rows], kind, self._length[rows], data)
+        return FrameBlock(self._time_s[rows], self._identifier[rows], kind, self._length[rows], data)
+
+    def _settle(self) -> None:
+        """Takes in the single frames, all at once."""
+        for interface, pairs in self._single.items():
+            rows, frames = zip(*pairs, strict=True)
+            self.fill(np.array(rows), interface, FrameBlock.of(frames))
+        self._single.clear()
 
     def _widen(self, width: int) -> None:
         if width > self._data.shape[1]:

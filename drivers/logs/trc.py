@@ -36,7 +36,7 @@ _NEEDED = frozenset("OID")
 _EPOCH = datetime(1899, 12, 30, tzinfo=UTC)  # day 0 of $STARTTIME
 _DAYS_MAX = 200_000
 
-_BEGINS = re.compile(rb"\A;(\$FILEVERSION=|#{20}|[^\n]*\bPCAN)|^\s*1\)\s+\d+(\.\d+)?\s", re.MULTILINE)
+_BEGINS = re.compile(rb"\A;(\$FILEVERSION=|#{20}|[^\n]*\bPCAN)|^[ \t]*1\)[ \t]+\d+(\.\d+)?[ \t]", re.MULTILINE)
 _MILLISECONDS = re.compile(r"\d{1,12}(\.\d{1,6})?", re.ASCII)
 _DATA_TYPES = frozenset({"Rx", "Tx", "DT", "FD", "FB", "FE", "BI"})
 _FD_TYPES = frozenset({"FD", "FB", "FE", "BI"})

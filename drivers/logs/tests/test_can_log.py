@@ -24,7 +24,7 @@ from drivers.logs.trc import read_trc
 
 START_S = 1_600_000_000.0  # Sun Sep 13 12:26:40 2020 UTC
 WRITERS = {".asc": ASCWriter, ".blf": BLFWriter, ".log": CanutilsLogWriter, ".trc": TRCWriter}
-MUTATING = settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+MUTATING = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 @pytest.fixture(autouse=True)
@@ -372,6 +372,20 @@ def test_bytes_changed_anywhere_cost_no_other_line(tmp_path, suffix, data):
     kept = [frame for some in frames.values() for frame in some]
     assert sum(frame in kept for frame in intact) >= len(intact) - 6
     assert damage.records + damage.lost.total() >= len(intact) - 3
+
+
+@pytest.mark.parametrize("filler", [" ", "\t", "\n", "1 ", "(", "x", "0"])
+def test_a_disk_filled_with_one_character_takes_no_time(tmp_path, filler):
+    """Patterns that try each split of a long run would take minutes."""
+    sound = {".asc": "0.500000 1 123 Rx d 0", ".trc": "1) 500 0123 0", ".log": "(1600000000.123456) can0 123#"}
+    for suffix, line in sound.items():
+        path = tmp_path / f"log{suffix}"
+        for text in (f"{line}\n0.5 1 {60_000 * filler}x\n", f"{60_000 * filler}x\n{line}\n"):
+            path.write_text(text)
+            try:
+                read(path)
+            except ValueError as error:
+                assert "no CAN log" in str(error)
 
 
 def blf_log(path: Path, count: int = 3000, **options) -> bytes:

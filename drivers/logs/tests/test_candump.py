@@ -314,7 +314,7 @@ def mutated(draw):
     return bytes(line)
 
 
-@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.lists(st.one_of(mutated(), st.binary(max_size=40)), max_size=60))
 def test_the_fast_way_reads_each_line_as_the_strict_one(log, monkeypatch, lines):
     """Blocks of any mixture, with shapes sought for however few lines."""
@@ -342,7 +342,7 @@ SOUND = [
 ]
 
 
-@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.lists(st.tuples(st.integers(30, sum(map(len, SOUND)) - 1), st.integers(0, 255)), min_size=1, max_size=5))
 def test_bytes_changed_anywhere_cost_no_other_line(log, changes):
     text = bytearray(b"".join(SOUND))
@@ -358,7 +358,7 @@ def test_bytes_changed_anywhere_cost_no_other_line(log, changes):
     assert damage.records + damage.lost.total() >= 60 - len(hit)
 
 
-@settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.binary(max_size=300))
 def test_no_bytes_make_it_raise(log, data):
     log.write_bytes(f"{STAMP} can0 123#\n".encode() + data)
