@@ -114,8 +114,8 @@ class _Frames:
         passed_s = self.time_s - np.repeat(self.time_s[self.first], self.count)
         fits = (self.tail == expected) & (passed_s >= 0.0) & (passed_s < TRANSFER_TIMEOUT_S)
         fits &= np.where(ends, self.length > 0, self.length == CLASSIC_DATA_BYTES)
-        fits_all: Bools = np.logical_and.reduceat(fits, self.first)
-        return fits_all & (self.size <= data_type.payload_max + CRC_BYTES)
+        whole: Bools = np.logical_and.reduceat(fits, self.first) & (self.size <= data_type.payload_max + CRC_BYTES)
+        return whole
 
 
 def receive(
