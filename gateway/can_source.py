@@ -10,7 +10,7 @@ from typing import Any
 from drivers.can.bus import CanLink
 from drivers.can.error_frame import BusCondition
 from drivers.can.frame_block import FrameBlock
-from drivers.can.interface import SOCKETCAN, PortOpener
+from drivers.can.interface import LISTEN_ONLY, SOCKETCAN, PortOpener
 from drivers.can.load import BitRates, BusLoadMeter
 from drivers.can.network_interface import bit_rates, traffic
 from drivers.can.packets import OVERFLOW
@@ -44,9 +44,10 @@ class CanSource:
     ) -> None:
         self._bus, self._clock, self._take = bus, clock, take
         self._decoder = can_decoder(bus, config.thruster)
-        options: dict[str, Any] = {} if bus.bitrate is None else {"bitrate": bus.bitrate}
         filters = self._decoder.filters()
-        self._link = CanLink(bus.name, bus.interface, bus.channel, filters, clock, open_port=open_port, **options)
+        self._link = CanLink(
+            bus.name, bus.interface, bus.channel, filters, clock, open_port=open_port, **options_of(bus)
+        )
         self._meter: BusLoadMeter | None = None
         self._losses = (0, 0)
 
@@ -109,6 +110,12 @@ class CanSource:
         if any(self._losses):
             frames, overruns = (now - earlier for now, earlier in zip(self._losses, before, strict=True))
             self._take(self.name, [FrameLoss(self._clock.now(), self.name, frames, overruns)])
+
+
+def options_of(bus: CanBus) -> dict[str, Any]:
+    """What python-can is told of a bus, beside its channel."""
+    options: dict[str, Any] = {} if bus.bitrate is None else {"bitrate": bus.bitrate}
+    return {**options, **LISTEN_ONLY[bus.interface]} if bus.listen_only else options
 
 
 async def rates_of(bus: CanBus) -> BitRates | None:

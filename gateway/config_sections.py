@@ -71,6 +71,9 @@ class CanBus(Section):
     bitrate: int | None = Field(
         None, gt=0, description="bit/s, for interfaces that set it; SocketCAN's is set by `ip link`"
     )
+    listen_only: bool = Field(
+        False, description="True: its controller does not even acknowledge frames; SocketCAN's is set by `ip link`"
+    )
     load_max: float = Field(
         0.7, gt=0, le=1, description="of the bit rate; percent? 70 % is 0.7. A bus that carries more is told"
     )

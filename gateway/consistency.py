@@ -8,13 +8,10 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from typing import Any
 
-from can.interfaces import VALID_INTERFACES
-
 from drivers.mavlink.endpoint import parse_endpoint
-from gateway import failsafe_settings, forwarded_can_settings, navigation_settings, speed_settings
+from gateway import can_settings, failsafe_settings, forwarded_can_settings, navigation_settings, speed_settings
 from gateway.config_sections import (
     MAVLINK,
     CanBus,
@@ -82,7 +79,7 @@ def inconsistencies(
     named = _named_links(tables)
     return [
         *_missing_thrusters(tables),
-        *(problem for bus in can for problem in _bus_problems(bus)),
+        *(problem for bus in can for problem in can_settings.contradictions(bus)),
         *forwarded_can_settings.contradictions(can, named),
         *_endpoint_problems(mavlink),
         *_twins("name", ((f"can[name={bus.name}].name", bus.name) for bus in can)),
@@ -108,25 +105,6 @@ def _named_links(tables: Mapping[str, Any]) -> set[str]:
 def _missing_thrusters(tables: Mapping[str, Any]) -> Iterator[Problem]:
     if not tables.get("thruster"):
         yield Problem("thruster", None, "missing: want at least one table [[thruster]]")
-
-
-def _bus_problems(bus: CanBus) -> Iterator[Problem]:
-    path = f"can[name={bus.name}]"
-    if bus.name == MAVLINK:
-        yield Problem(f"{path}.name", bus.name, f'"{MAVLINK}" is the link to the autopilot: want another name')
-    interfaces = {*VALID_INTERFACES, MAVLINK}
-    if bus.interface not in interfaces:
-        nearest = get_close_matches(bus.interface, interfaces, n=1, cutoff=0.5)
-        hint = f"did you mean {nearest[0]}?" if nearest else f"want one of {', '.join(sorted(interfaces))}"
-        yield Problem(f"{path}.interface", bus.interface, f"unknown to python-can, {hint}")
-    if bus.protocol == "dbc" and bus.database is None:
-        yield Problem(f"{path}.database", None, 'missing: protocol "dbc" needs a .dbc, .kcd, .sym or .arxml file')
-    if bus.protocol != "dbc" and bus.database is not None:
-        yield Problem(f"{path}.database", bus.database, f'protocol "{bus.protocol}" reads no database: remove it')
-    if bus.database is not None and not bus.database.is_file():
-        yield Problem(
-            f"{path}.database", bus.database, "no such file (a relative path starts at the configuration's folder)"
-        )
 
 
 def _endpoint_problems(mavlink: Mavlink | None) -> Iterator[Problem]:

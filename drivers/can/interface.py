@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import can
@@ -14,6 +14,17 @@ from drivers.can.socketcan import SocketCanPort, open_socket
 from drivers.clock import Clock
 
 SOCKETCAN = "socketcan"
+
+# How an interface of python-can is told to acknowledge nothing either; others cannot, or are told elsewhere
+LISTEN_ONLY: Mapping[str, Mapping[str, Any]] = {
+    "kvaser": {"driver_mode": False},
+    "nixnet": {"listen_only": True},
+    "pcan": {"state": can.BusState.PASSIVE},
+    "seeedstudio": {"operation_mode": "silent"},
+    "slcan": {"listen_only": True},
+    "systec": {"state": can.BusState.PASSIVE},
+    "vector": {"listen_only": True},
+}
 
 PortOpener = Callable[[Sequence[CanFilter], Clock, Counter[str]], CanPort]
 

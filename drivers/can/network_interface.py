@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -33,10 +34,25 @@ def traffic(channel: str, interfaces: Path = INTERFACES) -> Traffic | None:
 _COUNTS = ("rx_packets", "tx_packets", "rx_bytes", "tx_bytes")
 
 
-async def bit_rates(channel: str) -> BitRates | None:
-    """The bit rates that the interface is set to; None where it has none (as vcan), or nobody can say.
+@dataclass(frozen=True, slots=True)
+class Controller:
+    """How the controller of a CAN interface is set up.
 
-    Asks the `ip` of iproute2: the kernel tells bit rates over netlink only.
+    Attributes:
+        rates: None: it has not been given any yet.
+        listen_only: it acknowledges nothing, and can send nothing.
+        restart_s: from bus-off to its restart by the kernel; 0.0: somebody has to restart it.
+    """
+
+    rates: BitRates | None
+    listen_only: bool
+    restart_s: float
+
+
+async def controller(channel: str) -> Controller | None:
+    """The controller of an interface; None where it has none (as vcan), or nobody can say.
+
+    Asks the `ip` of iproute2: the kernel tells of controllers over netlink only.
     """
     try:
         process = await asyncio.create_subprocess_exec(
@@ -57,22 +73,39 @@ async def bit_rates(channel: str) -> BitRates | None:
             with suppress(ProcessLookupError):
                 process.kill()
             await process.wait()
-    return parse_bit_rates(answer)
+    return parse_controller(answer)
 
 
-def parse_bit_rates(answer: bytes) -> BitRates | None:
-    """The bit rates in the answer of `ip -details -json link show`; None where there are none.
+async def bit_rates(channel: str) -> BitRates | None:
+    """The bit rates that the interface is set to; None where it has none, or nobody can say."""
+    found = await controller(channel)
+    return None if found is None else found.rates
 
-    A controller with a table of fixed rates says `bittiming_bitrate` where others have a whole `bittiming`.
-    """
+
+def parse_controller(answer: bytes) -> Controller | None:
+    """The controller in the answer of `ip -details -json link show`; None where there is none."""
     try:
-        data = json.loads(answer)[0]["linkinfo"]["info_data"]
-        nominal, fast = _rate(data, "bittiming"), _rate(data, "data_bittiming")
+        link = json.loads(answer)[0]["linkinfo"]
+        data = link["info_data"]
+        if link["info_kind"] != "can" or not isinstance(data, dict):
+            return None
+        modes, restart_ms = data.get("ctrlmode", []), data.get("restart_ms", 0)
     except (ValueError, LookupError, TypeError, AttributeError):
         return None
+    return Controller(
+        _rates(data),
+        listen_only=isinstance(modes, list) and "LISTEN-ONLY" in modes,
+        restart_s=restart_ms / 1000.0 if isinstance(restart_ms, int) else 0.0,
+    )
+
+
+def _rates(data: dict[str, Any]) -> BitRates | None:
+    """A controller with a table of fixed rates says `bittiming_bitrate` where others have a whole `bittiming`."""
+    nominal, fast = _rate(data, "bittiming"), _rate(data, "data_bittiming")
     return None if nominal is None else BitRates(nominal, fast)
 
 
 def _rate(data: dict[str, Any], timing: str) -> int | None:
-    rate = data[timing]["bitrate"] if timing in data else data.get(f"{timing}_bitrate")
+    whole = data.get(timing)
+    rate = whole.get("bitrate") if isinstance(whole, dict) else data.get(f"{timing}_bitrate")
     return rate if isinstance(rate, int) and rate > 0 else None

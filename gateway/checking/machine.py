@@ -10,11 +10,12 @@ from pathlib import Path
 
 from detectors.speed import SpeedConfig
 from detectors.speed.gridded_flow import GriddedFlow
-from drivers.can.interface import port_opener
+from drivers.can.interface import LISTEN_ONLY, SOCKETCAN, port_opener
+from drivers.can.network_interface import controller
 from drivers.can.port import CanPortError
 from drivers.clock import Clock
 from gateway import state
-from gateway.can_source import rates_of
+from gateway.can_source import options_of, rates_of
 from gateway.checking.forwarded_can import check_forwarded
 from gateway.checking.mavlink import check_mavlink
 from gateway.checking.navigation import possible, sources
@@ -27,6 +28,8 @@ from gateway.failsafe_settings import in_words
 from gateway.wiring import can_decoder
 
 INTERFACES = Path("/sys/class/net")
+LISTENS = "listen-only: sends nothing, acknowledges nothing"
+ACKNOWLEDGES = "sends nothing, but acknowledges frames"
 RANGE_UNNAMED = "range holds at the command of the first seconds under way; better name it: speed.command"
 
 POSITIONS: Mapping[str, str] = {
@@ -79,16 +82,15 @@ def _check_links(config: Config) -> Iterator[CheckResult]:
 def _check_bus(bus: CanBus, config: Config) -> CheckResult:
     subject = f"can {bus.name}"
     filters = can_decoder(bus, config.thruster).filters()
-    options = {} if bus.bitrate is None else {"bitrate": bus.bitrate}
     try:
-        port = port_opener(bus.interface, bus.channel, **options)(filters, Clock(), Counter())
+        port = port_opener(bus.interface, bus.channel, **options_of(bus))(filters, Clock(), Counter())
     except (CanPortError, ValueError) as error:
         return CheckResult(subject, False, f"{bus.interface} {bus.channel} does not open: {error}", _bus_remedy(bus))
     port.close()
-    if bus.interface == "socketcan" and _operstate(bus.channel) == "down":
+    if bus.interface == SOCKETCAN and _operstate(bus.channel) == "down":
         return CheckResult(subject, False, f"{bus.channel} is down", _bus_remedy(bus))
     reads = f"{bus.interface} {bus.channel} opens, {len(filters)} kinds of frames are read"
-    return CheckResult(subject, True, f"{reads}, {_load(bus)}")
+    return CheckResult(subject, True, ", ".join([reads, _load(bus), *_manners(bus)]))
 
 
 def _load(bus: CanBus) -> str:
@@ -98,8 +100,20 @@ def _load(bus: CanBus) -> str:
     return f"told where it carries more than {bus.load_max:.0%} of {rates.nominal / 1000.0:g} kbit/s"
 
 
+def _manners(bus: CanBus) -> Iterator[str]:
+    """What its controller does by itself, though nothing is sent."""
+    if bus.interface == SOCKETCAN:
+        found = asyncio.run(controller(bus.channel))
+        if found is not None:
+            yield LISTENS if found.listen_only else f"{ACKNOWLEDGES} (ip link has listen-only off)"
+            restart = f"restarts {found.restart_s:g} s" if found.restart_s else "has to be restarted by hand"
+            yield f"{restart} after bus-off"
+    elif bus.interface in LISTEN_ONLY:
+        yield LISTENS if bus.listen_only else f"{ACKNOWLEDGES} (listen_only = false)"
+
+
 def _bus_remedy(bus: CanBus) -> str:
-    if bus.interface != "socketcan":
+    if bus.interface != SOCKETCAN:
         return f"see python-can's documentation of {bus.interface}, and that no other program holds the device"
     if (INTERFACES / bus.channel).exists():
         return f"bring it up: sudo ip link set {bus.channel} up type can bitrate 1000000 restart-ms 100"

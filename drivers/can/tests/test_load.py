@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from drivers.can.frame import CanFrame
 from drivers.can.frame_block import FrameBlock
 from drivers.can.load import BitRates, BusLoadMeter, Traffic, byte_s, overhead_s
-from drivers.can.network_interface import bit_rates, parse_bit_rates, traffic
+from drivers.can.network_interface import Controller, bit_rates, parse_controller, traffic
 
 MBIT = BitRates(1_000_000)
 
@@ -115,12 +115,46 @@ def link(**data: object) -> bytes:
     ],
 )
 def test_bit_rates_in_what_ip_says(answer, rates):
-    assert parse_bit_rates(answer) == rates
+    found = parse_controller(answer)
+    assert (None if found is None else found.rates) == rates
+
+
+@pytest.mark.parametrize(
+    ("answer", "wanted"),
+    [
+        (link(state="ERROR-ACTIVE", restart_ms=100), Controller(None, False, 0.1)),
+        (link(ctrlmode=["BERR-REPORTING", "LISTEN-ONLY"], restart_ms=0), Controller(None, True, 0.0)),
+        (link(ctrlmode=["BERR-REPORTING"]), Controller(None, False, 0.0)),
+        (link(ctrlmode="LISTEN-ONLY", restart_ms="soon"), Controller(None, False, 0.0)),
+    ],
+)
+def test_how_a_controller_is_set_up(answer, wanted):
+    assert parse_controller(answer) == wanted
+
+
+@given(
+    st.recursive(
+        st.none() | st.integers() | st.text(max_size=3),
+        lambda inner: (
+            st.dictionaries(
+                st.sampled_from(
+                    ["bittiming", "bitrate", "data_bittiming", "ctrlmode", "restart_ms", "bittiming_bitrate"]
+                ),
+                inner,
+            )
+            | st.lists(inner, max_size=2)
+        ),
+        max_leaves=6,
+    )
+)
+def test_no_settings_of_a_controller_are_an_exception(data):
+    answer = json.dumps([{"linkinfo": {"info_kind": "can", "info_data": data}}]).encode()
+    assert (parse_controller(answer) is None) == (not isinstance(data, dict))
 
 
 @given(st.binary(max_size=40))
 def test_whatever_ip_says_is_no_exception(answer):
-    assert parse_bit_rates(answer) is None
+    assert parse_controller(answer) is None
 
 
 async def test_an_interface_without_bit_rate_or_without_being_has_none():
