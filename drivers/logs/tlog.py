@@ -2,7 +2,7 @@
 
 A record is eight bytes of unix time in microseconds, the highest first, and one packet of MAVLink 1 or 2. There are
 no marks between records: after damage the next one is where a packet with a right checksum stands behind a time that
-fits to the one before it, or to the one after it. Checksums and times are looked at all along, so that a wrong length
+fits to the one before it, or to those after it. Checksums and times are looked at all along, so that a wrong length
 cannot swallow the records behind it.
 """
 

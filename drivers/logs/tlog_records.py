@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Collection, Sequence
 
 from drivers.logs.damage import DamageReport
-from drivers.logs.tlog_times import STAMP_END, STAMP_SIZE, USUAL_MAX_US, RecordTimes
+from drivers.logs.tlog_times import LOOKAHEAD, STAMP_END, STAMP_SIZE, USUAL_MAX_US, RecordTimes
 from drivers.mavlink.formats import CLOSING, crc_16
 from drivers.mavlink.frames import (
     CHECKSUM_SIZE,
@@ -69,7 +69,7 @@ class RecordWalk:
             last: True where the log ends with this part.
 
         Returns:
-            How much is done. The rest, less than two records, is to be given again with what follows it.
+            How much is done. The rest, less than a kilobyte, is to be given again with what follows it.
         """
         done = 0
         while done < len(buffer):
@@ -148,14 +148,14 @@ class RecordWalk:
     def _is_record(self, buffer: bytes, start: int, last: bool, in_step: bool) -> bool | None:
         """Whether a record begins at `start`: its checksum is right, and its time fits unless it is in step.
 
-        None where that takes what follows; its time is judged by that of the next one.
+        None where that takes what follows; its time is judged by those of the next ones.
         """
         frame = _frame(buffer, start)
         if frame is None or frame.end > len(buffer):
             return None if not last and _may_become(buffer, start) else False
         if not has_right_checksum(buffer, start + STAMP_SIZE, frame):
             return False
-        if not last and frame.end + STAMP_SIZE >= len(buffer):
+        if not last and len(buffer) - frame.end < LOOKAHEAD:
             return None
         return in_step or self._times.fits(buffer, start, frame.end) or (last and frame.end == len(buffer))
 

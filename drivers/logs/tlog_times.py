@@ -5,9 +5,10 @@ from __future__ import annotations
 import struct
 
 from drivers.logs.damage import DamageReport
-from drivers.mavlink.frames import MAGIC_1, MAGIC_2
+from drivers.mavlink.frames import MAGIC_1, MAGIC_2, frame_at
 
 STAMP_SIZE = 8
+LOOKAHEAD = 320  # beyond the time of the record after the next one
 US_PER_S = 1_000_000
 STAMP_END = 4_102_444_800 * US_PER_S  # 2100-01-01
 # Threads that write one log overtake each other by so much at most; and a log may have such pauses.
@@ -43,11 +44,11 @@ class RecordTimes:
     def judged(self, buffer: bytes, start: int, end: int, begin: int) -> float | None:
         """Seconds of unix time of a record whose place in the log is beyond doubt.
 
-        A time that fits neither to the record before it nor to the one after it is wrong: the record came when the
-        one before it did. One that fits to the one after it only is believed: the clock was set.
+        A time that fits neither to the record before it nor to one of the two after it is wrong: the record came when
+        the one before it did. One that fits to those after it only is believed: the clock was set.
 
         Args:
-            buffer: a part of the log, with the next record's time if there is one.
+            buffer: a part of the log, with `LOOKAHEAD` bytes of what follows the record if there are as many.
             start, end: of the record in it.
             begin: offset of that part.
 
@@ -57,9 +58,9 @@ class RecordTimes:
         stamp, newest = stamp_at(buffer, start), self.newest
         if newest is None or not 0 <= stamp - newest <= USUAL_MAX_US:
             following = _following(buffer, end)
-            expected = newest is None if following is None else follows(stamp, following)
+            expected = any(follows(stamp, one) for one in following) if following else newest is None
             steady = newest is not None and follows(newest, stamp)
-            if not (expected or (steady and following is None)):
+            if not (expected or (steady and not following)):
                 self._damage.add(WRONG_TIME, f"offset {begin + start}")
                 return None if newest is None else newest / 1e6
             if newest is not None and not steady:
@@ -72,8 +73,7 @@ class RecordTimes:
         stamp = stamp_at(buffer, start)
         if self.newest is not None and follows(self.newest, stamp):
             return True
-        following = _following(buffer, end)
-        return following is not None and follows(stamp, following)
+        return any(follows(stamp, following) for following in _following(buffer, end))
 
 
 def follows(before: int, stamp: int) -> bool:
@@ -81,7 +81,11 @@ def follows(before: int, stamp: int) -> bool:
     return stamp < STAMP_END and -BACK_MAX_US <= stamp - before <= PAUSE_MAX_US
 
 
-def _following(buffer: bytes, end: int) -> int | None:
-    """Time of the record that begins where this one ends; None if none does."""
-    magic = end + STAMP_SIZE
-    return stamp_at(buffer, end) if magic < len(buffer) and buffer[magic] in (MAGIC_1, MAGIC_2) else None
+def _following(buffer: bytes, end: int) -> list[int]:
+    """Times of the next two records, as far as they are there: one of them may be wrong itself."""
+    stamps: list[int] = []
+    while len(stamps) < 2 and end + STAMP_SIZE < len(buffer) and buffer[end + STAMP_SIZE] in (MAGIC_1, MAGIC_2):
+        stamps.append(stamp_at(buffer, end))
+        frame = frame_at(buffer, end + STAMP_SIZE)
+        end = len(buffer) if frame is None else frame.end
+    return stamps

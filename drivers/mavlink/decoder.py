@@ -123,13 +123,10 @@ class MavlinkDecoder:
 
     def take(self, packet: Packet, time_s: float) -> Sequence[Reading]:
         """Readings of a packet whose checksum is right, and which the gate let in where there is one."""
-        autopilot_system = self._autopilot.system_id
-        if packet.component_id == self._own_component and packet.system_id == autopilot_system:
+        if packet.component_id == self._own_component and packet.system_id == self._autopilot.system_id:
             return self.own.take(packet, time_s)
         route = self._routes.get(packet.message_id)
-        if route is not None:
-            return route(packet, time_s)
-        return self._from_autopilot(packet, time_s)
+        return self._from_autopilot(packet, time_s) if route is None else route(packet, time_s)
 
     def answers(self) -> list[CommandAck | TimeSync]:
         """What is to be sent at once, by the rules of the protocol alone; each is given out once."""

@@ -17,11 +17,14 @@ class Freshness:
 
     Args:
         drops: counted here: "repeated", "late".
+
+    Attributes:
+        stamps: the newest of each stream.
     """
 
     def __init__(self, drops: Counter[str]) -> None:
         self._drops = drops
-        self._stamps: dict[Hashable, int] = {}
+        self.stamps: dict[Hashable, int] = {}
 
     def accepts(self, stream: Hashable, stamp: int, *, ticks_per_s: int, bits: int = 32) -> bool:
         """Whether this message is news.
@@ -32,30 +35,34 @@ class Freshness:
             ticks_per_s: unit of the stamp.
             bits: width of the stamp, which wraps: microseconds in 32 bits do so every 72 minutes.
         """
-        previous = self._stamps.get(stream)
+        previous = self.stamps.get(stream)
         if stamp and previous is not None and not previous < stamp < previous + NEWS_MAX:
             behind = (previous - stamp) % 2**bits
             if behind < LATE_S * ticks_per_s:
                 self._drops["late" if behind else "repeated"] += 1
                 return False
-        self._stamps[stream] = stamp
+        self.stamps[stream] = stamp
         return True
 
 
 class BootWatch:
-    """Notices that the autopilot restarted: its time since boot went back."""
+    """Notices that the autopilot restarted: its time since boot went back.
+
+    Attributes:
+        latest_ms: the newest time since boot, of any message.
+    """
 
     def __init__(self) -> None:
-        self._latest_ms = 0
+        self.latest_ms = 0
 
     def rebooted(self, boot_ms: int) -> bool:
         """Take the next `time_boot_ms` of any message; True once per restart."""
-        if boot_ms >= self._latest_ms:
-            self._latest_ms = boot_ms
+        if boot_ms >= self.latest_ms:
+            self.latest_ms = boot_ms
             return False
-        behind_s = (self._latest_ms - boot_ms) / 1000.0
+        behind_s = (self.latest_ms - boot_ms) / 1000.0
         if 0.0 <= behind_s <= LATE_S:
             return False
         wrapped = behind_s > (WRAP_MS - 60_000) / 1000.0  # after 49.7 days
-        self._latest_ms = boot_ms
+        self.latest_ms = boot_ms
         return behind_s > LATE_S and not wrapped

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
 from typing import Any
 
 from drivers.construction import constructor
@@ -15,7 +14,7 @@ from drivers.mavlink.formats import (
     LOCAL_POSITION_NED,
     MessageFormat,
 )
-from drivers.mavlink.freshness import BootWatch, Freshness
+from drivers.mavlink.freshness import NEWS_MAX, BootWatch, Freshness
 from drivers.readings import (
     Attitude,
     AutopilotHeartbeat,
@@ -83,38 +82,50 @@ class VehicleTelemetry:
 
     def attitude(self, values: tuple[Any, ...], time_s: float) -> list[Reading]:
         """ATTITUDE; radians and radians per second on the wire too."""
-        boot_ms = values[0]
-        readings = self._reboot(boot_ms, time_s)
-        if self._news(ATTITUDE, boot_ms):
+        readings: list[Reading] = []
+        if self._is_news(ATTITUDE, values[0], time_s, readings):
             self._attitude_s = time_s
-            readings += self._attitude(boot_ms, values[1:4], values[4:], time_s)
+            self._add_attitude(readings, time_s, *values)
         return readings
 
     def attitude_quaternion(self, values: tuple[Any, ...], time_s: float) -> list[Reading]:
         """ATTITUDE_QUATERNION, where there is no ATTITUDE: from the body to north-east-down, w first."""
         boot_ms, quaternion, rates = values[0], values[1:5], values[5:8]
-        readings = self._reboot(boot_ms, time_s)
-        if time_s - self._attitude_s > ATTITUDE_MISSED_S and self._news(ATTITUDE_QUATERNION, boot_ms):
+        if time_s - self._attitude_s <= ATTITUDE_MISSED_S:
+            return self._reboot(boot_ms, time_s)
+        readings: list[Reading] = []
+        if self._is_news(ATTITUDE_QUATERNION, boot_ms, time_s, readings):
             whole = abs(math.hypot(*quaternion) - 1.0) <= LENGTH_TOLERANCE  # False for NaN
             angles = _euler(*quaternion) if whole else (math.nan, math.nan, math.nan)
-            readings += self._attitude(boot_ms, angles, rates, time_s)
+            self._add_attitude(readings, time_s, boot_ms, *angles, *rates)
         return readings
 
-    def _attitude(
-        self, boot_ms: int, angles: Sequence[float], rates: Sequence[float], time_s: float
-    ) -> list[Reading]:
-        if not (_within(angles, ANGLE_MAX_RAD) and _within(rates, RATE_MAX_RADPS)):
+    def _add_attitude(
+        self,
+        readings: list[Reading],
+        time_s: float,
+        boot_ms: int,
+        roll: float,
+        pitch: float,
+        yaw: float,
+        roll_rate: float,
+        pitch_rate: float,
+        yaw_rate: float,
+    ) -> None:
+        if _within(roll, pitch, yaw, ANGLE_MAX_RAD) and _within(roll_rate, pitch_rate, yaw_rate, RATE_MAX_RADPS):
+            readings.append(_attitude(time_s, roll, pitch, yaw, roll_rate, pitch_rate, yaw_rate, boot_ms / 1000.0))
+        else:
             self._drops["implausible attitude"] += 1
-            return []
-        roll, pitch, yaw = angles
-        return [_attitude(time_s, roll, pitch, yaw, rates[0], rates[1], rates[2], boot_ms / 1000.0)]
 
     def local_position(self, values: tuple[Any, ...], time_s: float) -> list[Reading]:
         """LOCAL_POSITION_NED; metres and metres per second on the wire too."""
-        boot_ms, position, velocity = values[0], values[1:4], values[4:]
-        readings = self._reboot(boot_ms, time_s)
-        if self._news(LOCAL_POSITION_NED, boot_ms):
-            if _within(position, POSITION_MAX_M) and _within(velocity, VELOCITY_MAX_MPS):
+        boot_ms, north, east, down, speed_north, speed_east, speed_down = values
+        readings: list[Reading] = []
+        if self._is_news(LOCAL_POSITION_NED, boot_ms, time_s, readings):
+            if _within(north, east, down, POSITION_MAX_M) and _within(
+                speed_north, speed_east, speed_down, VELOCITY_MAX_MPS
+            ):
+                position, velocity = (north, east, down), (speed_north, speed_east, speed_down)
                 readings.append(_local_position(time_s, position, velocity))
             else:
                 self._drops["implausible local position"] += 1
@@ -123,8 +134,8 @@ class VehicleTelemetry:
     def global_position(self, values: tuple[Any, ...], time_s: float) -> list[Reading]:
         """GLOBAL_POSITION_INT: 1e-7 degrees, mm above sea level, cm/s."""
         boot_ms, latitude, longitude, altitude_mm, _relative_mm, north, east, down, _heading = values
-        readings = self._reboot(boot_ms, time_s)
-        if not self._news(GLOBAL_POSITION_INT, boot_ms):
+        readings: list[Reading] = []
+        if not self._is_news(GLOBAL_POSITION_INT, boot_ms, time_s, readings):
             return readings
         if latitude == 0 and longitude == 0:
             self._drops["no global position"] += 1  # what autopilots say before they know
@@ -153,7 +164,12 @@ class VehicleTelemetry:
     def _reboot(self, boot_ms: int, time_s: float) -> list[Reading]:
         return [AutopilotReboot(time_s, self._system_id)] if self._boot.rebooted(boot_ms) else []
 
-    def _news(self, message: MessageFormat, boot_ms: int) -> bool:
+    def _is_news(self, message: MessageFormat, boot_ms: int, time_s: float, readings: list[Reading]) -> bool:
+        """Whether a message was not there before; a restart of the autopilot that it shows is put to the readings."""
+        if 0 < boot_ms - self._boot.latest_ms < NEWS_MAX:  # newer than all before: nearly every message
+            self._boot.latest_ms = self._fresh.stamps[message.message_id] = boot_ms
+            return True
+        readings += self._reboot(boot_ms, time_s)
         return self._fresh.accepts(message.message_id, boot_ms, ticks_per_s=1000)
 
 
@@ -171,6 +187,5 @@ def _euler(w: float, x: float, y: float, z: float) -> tuple[float, float, float]
     )
 
 
-def _within(values: Sequence[float], limit: float) -> bool:
-    x, y, z = values
-    return -limit <= x <= limit and -limit <= y <= limit and -limit <= z <= limit  # False for NaN
+def _within(x: float, y: float, z: float, limit: float) -> bool:
+    return abs(x) <= limit and abs(y) <= limit and abs(z) <= limit  # False for NaN

@@ -60,7 +60,7 @@ def walked(data, cuts=(), wanted=(0, 30)):
         buffer = rest + data[position:end]
         done = walk.read(buffer, begin, [], last=end == len(data))
         rest, begin, position = buffer[done:], begin + done, end
-        assert len(rest) < 600
+        assert len(rest) < 1000
     assert not rest
     return found, damage
 
