@@ -21,6 +21,7 @@ from gateway.tests.conftest import FORECAST_START_S, TWO_THRUSTERS, write_foreca
 from gateway.wiring import can_decoder, mavlink_decoder
 
 EXAMPLES = sorted(Path(str(files("gateway") / "examples")).glob("*.toml"))
+VENDOR = next(path for path in EXAMPLES if path.stem == "vendor_dbc")
 DBC = Path(str(files("gateway") / "examples" / "vendor_thruster.dbc"))
 
 
@@ -65,7 +66,7 @@ def test_defaults_of_the_first_example_are_the_defaults(tmp_path):
 
 def test_paths_are_relative_to_the_file(config, tmp_path):
     assert config.files.findings == tmp_path / "findings.jsonl"
-    assert load(EXAMPLES[2]).can[0].database == DBC
+    assert load(VENDOR).can[0].database == DBC
 
 
 def test_every_problem_is_told_in_one_go_with_its_key_the_value_and_what_would_be_right():
@@ -250,7 +251,7 @@ def test_clash(name):
 
 def test_signal_that_the_database_does_not_have_is_named_with_the_nearest(tmp_path):
     (tmp_path / "v.dbc").write_text(DBC.read_text())
-    text = Path(EXAMPLES[2]).read_text().replace("vendor_thruster.dbc", "v.dbc")
+    text = Path(VENDOR).read_text().replace("vendor_thruster.dbc", "v.dbc")
     found = problems(text.replace("PortStatus.PulseRate", "PortStatus.PulsRate"), tmp_path)
     assert list(found) == ["thruster[number=1].rpm"]
     assert "PulseRate" in found["thruster[number=1].rpm"]
@@ -259,14 +260,14 @@ def test_signal_that_the_database_does_not_have_is_named_with_the_nearest(tmp_pa
 @pytest.mark.parametrize("suffix", ["kcd", "sym"])
 def test_a_database_may_be_of_another_format(tmp_path, suffix):
     cantools.database.dump_file(cantools.database.load_file(DBC), tmp_path / f"v.{suffix}")
-    config = parse(Path(EXAMPLES[2]).read_text().replace("vendor_thruster.dbc", f"v.{suffix}"), tmp_path)
+    config = parse(Path(VENDOR).read_text().replace("vendor_thruster.dbc", f"v.{suffix}"), tmp_path)
     assert {one.identifier for one in can_decoder(config.can[0], config.thruster).filters()} == {256, 257, 512, 513}
 
 
 @pytest.mark.parametrize(("name", "said"), [("v.xlsx", "want .dbc, .kcd, .sym, .arxml"), ("v.kcd", "KCD: ")])
 def test_a_database_that_cannot_be_read_is_told_once(tmp_path, name, said):
     (tmp_path / name).write_text(DBC.read_text())
-    found = problems(Path(EXAMPLES[2]).read_text().replace("vendor_thruster.dbc", name), tmp_path)
+    found = problems(Path(VENDOR).read_text().replace("vendor_thruster.dbc", name), tmp_path)
     assert list(found) == ["can[name=thrusters].database"]
     assert said in found["can[name=thrusters].database"]
 
@@ -275,7 +276,7 @@ def test_names_in_a_database_may_be_of_several_words(tmp_path):
     cantools.database.dump_file(cantools.database.load_file(DBC), tmp_path / "v.kcd")
     spaced = (tmp_path / "v.kcd").read_text().replace('"PulseRate"', '"Pulse Rate (Hall)"')
     (tmp_path / "v.kcd").write_text(spaced)
-    text = Path(EXAMPLES[2]).read_text().replace("vendor_thruster.dbc", "v.kcd")
+    text = Path(VENDOR).read_text().replace("vendor_thruster.dbc", "v.kcd")
     config = parse(text.replace("PortStatus.PulseRate", "PortStatus.Pulse Rate (Hall)"), tmp_path)
     assert can_decoder(config.can[0], config.thruster).filters()
 
