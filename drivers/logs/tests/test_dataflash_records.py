@@ -77,6 +77,7 @@ def walked(log: bytes) -> list[int]:
     return places
 
 
+@settings(deadline=None)
 @given(log=damaged, chunk_bytes=st.integers(1, 400))
 @example(log=b"\xa3\x95\x5e" * 200 + record("EV", 1), chunk_bytes=7)
 def test_what_is_found_follows_the_rule_however_the_log_is_cut(log, chunk_bytes):
@@ -88,6 +89,7 @@ def test_what_is_found_follows_the_rule_however_the_log_is_cut(log, chunk_bytes)
     assert damage.places == found(log, len(log) + 1)[1].places
 
 
+@settings(deadline=None)
 @given(before=intact, lost=st.binary(min_size=1, max_size=300), after=intact)
 def test_records_before_and_after_damage_are_read(before, lost, after):
     places, _ = found(before + lost + after, 4096)
@@ -99,7 +101,7 @@ def test_records_before_and_after_damage_are_read(before, lost, after):
     assert {offset for offset in resumed if offset >= len(before) + len(lost) + max(LENGTHS.values())} <= offsets
 
 
-@settings(max_examples=60)
+@settings(max_examples=60, deadline=None)
 @given(st.data())
 def test_no_bytes_make_the_reader_raise(tmp_path_factory, data):
     log = bytearray(DIVE)

@@ -99,7 +99,7 @@ def test_each_esc_is_read_when_it_said_something_new(tmp_path):
 @given(
     quaternion=st.tuples(*[st.floats(-1.0, 1.0, width=32)] * 4).filter(lambda q: math.hypot(*q) > 0.1),
 )
-@settings(max_examples=30)
+@settings(max_examples=30, deadline=None)
 def test_attitude_is_that_of_the_link(tmp_path_factory, quaternion):
     length = math.hypot(*quaternion)
     unit = [struct.unpack("<f", struct.pack("<f", part / length))[0] for part in quaternion]
@@ -188,7 +188,7 @@ def command_times(readings: list[Reading]) -> list[float]:
 
 
 @given(lost=st.binary(min_size=1, max_size=400), place=st.integers(0, 20), chunk_bytes=st.integers(1, 4000))
-@settings(max_examples=50)
+@settings(max_examples=50, deadline=None)
 def test_all_but_the_neighbours_of_damage_is_read(lost, place, chunk_bytes):
     parts = dive(20)
     log = definitions() + b"".join(parts[:place]) + lost + b"".join(parts[place:])
@@ -250,7 +250,7 @@ def test_what_is_no_ulog_is_refused_by_what_it_is(tmp_path, content, what):
 
 
 @given(st.data())
-@settings(max_examples=40)
+@settings(max_examples=40, deadline=None)
 def test_no_bytes_make_the_reader_raise(tmp_path_factory, draw):
     log = bytearray(definitions() + b"".join(dive(3)))
     log += data(ESCS, 1_000_000, 2) + data(STATUS, 1_000_000, 2, 2) + data(GPS, 1_000_000, 17 * 10**14, 3)
