@@ -15,14 +15,20 @@ from typing import Any, TypeVar
 T = TypeVar("T")
 
 
-def constructor(kind: type[T]) -> Callable[..., T]:
+def constructor(kind: type[T], *, checked: bool = False) -> Callable[..., T]:
     """What makes a `kind` of all its fields, in their order, at a third of the time.
+
+    Args:
+        kind: what is made.
+        checked: True: its `__post_init__` may be left out, for whoever calls has checked the values.
 
     Raises:
         ValueError: not a dataclass with slots, or one that checks its values, which would not be done.
     """
-    if not is_dataclass(kind) or "__slots__" not in vars(kind) or hasattr(kind, "__post_init__"):
-        raise ValueError(f"kind must be a dataclass with slots and without __post_init__, got {kind.__qualname__}")
+    if not is_dataclass(kind) or "__slots__" not in vars(kind):
+        raise ValueError(f"kind must be a dataclass with slots, got {kind.__qualname__}")
+    if hasattr(kind, "__post_init__") and not checked:
+        raise ValueError(f"kind must be without __post_init__ or checked by the caller, got {kind.__qualname__}")
 
     def close(made: Any) -> None:
         made.__class__ = kind

@@ -48,3 +48,16 @@ def test_classes_that_check_their_values_are_refused():
     for kind in (Checked, WithDict, int):
         with pytest.raises(ValueError, match=kind.__name__):
             constructor(kind)
+
+
+def test_who_has_checked_the_values_may_do_without_their_check():
+    @dataclass(frozen=True, slots=True)
+    class Checked:
+        speed_rpm: float
+
+        def __post_init__(self):
+            raise AssertionError
+
+    made = constructor(Checked, checked=True)(900.0)
+    assert type(made) is Checked
+    assert made.speed_rpm == 900.0
