@@ -11,6 +11,7 @@ from drivers.logs.blf import is_blf, read_blf
 from drivers.logs.candump import is_candump, read_candump
 from drivers.logs.damage import DamageReport
 from drivers.logs.text_log import head_of_text, not_a_log
+from drivers.logs.time_spikes import without_spikes
 from drivers.logs.trc import is_trc, read_trc
 
 Reader = Callable[[Path, DamageReport], Iterator[tuple[str, FrameBlock]]]
@@ -32,7 +33,7 @@ def open_can_log(path: Path, damage: DamageReport) -> Iterator[tuple[str, FrameB
     Args:
         path: a log of candump, an ASC, BLF or TRC file; all but BLF gzip or not. What is in it decides; of an empty
             one, its suffix.
-        damage: told what is lost.
+        damage: told what is lost; also frames that are left out for their times alone, see `time_spikes`.
 
     Raises:
         OSError: the file cannot be read.
@@ -41,7 +42,7 @@ def open_can_log(path: Path, damage: DamageReport) -> Iterator[tuple[str, FrameB
     reader = _reader(head_of_text(path), path)
     if reader is None:
         raise not_a_log(path, "CAN log (candump, ASC, BLF or TRC)")
-    return reader(path, damage)
+    return without_spikes(reader(path, damage), damage)
 
 
 def is_can_log(path: Path) -> bool:
