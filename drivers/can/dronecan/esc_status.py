@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drivers.can.dronecan.bits import number_of, signed, word_of
+from drivers.can.dronecan.bits import signed, word_of
 from drivers.can.dronecan.transfer import DataType, check_range, split
 from drivers.can.frame import CanFrame
 
@@ -178,12 +178,16 @@ def unpack_status_extended(payload: bytes) -> EscStatusExtended | None:
     """Fields of esc.StatusExtended; None where the length is wrong."""
     if len(payload) != STATUS_EXTENDED.payload_max:
         return None
-    packed, shift, values = int.from_bytes(payload, "big"), sum(_EXTENDED), []
-    for bits in _EXTENDED:
-        shift -= bits
-        values.append(number_of(packed >> shift & (1 << bits) - 1, bits))
-    inputs, outputs, celsius, degrees, flags, index = values
-    return EscStatusExtended(inputs, outputs, signed(celsius, 9), degrees, flags, index)
+    # where 7, 7, 9, 9, 19 and 5 bits lie, of each number the low byte first
+    a, b, c, d, e, f, g = payload
+    return EscStatusExtended(
+        input_percent=a >> 1,
+        output_percent=(a & 1) << 6 | b >> 2,
+        motor_temperature_c=signed((c >> 1 & 1) << 8 | (b & 0b11) << 6 | c >> 2, 9),
+        motor_angle_deg=(d & 1) << 8 | (c & 1) << 7 | d >> 1,
+        status_flags=(g >> 5) << 16 | f << 8 | e,
+        esc_index=g & 0x1F,
+    )
 
 
 def encode_status_extended(
