@@ -5,6 +5,7 @@ from __future__ import annotations
 import click
 from rich.console import Console
 
+from hil_tests.bench.decoding_dataflash import dataflash
 from hil_tests.bench.decoding_dbc import dbc_blocks, dbc_frames, vesc_blocks, vesc_frames
 from hil_tests.bench.decoding_dronecan import command_blocks, command_frames, status_blocks, status_frames
 from hil_tests.bench.decoding_logs import candump_hilspy, candump_python_can, has_hilspy
@@ -43,6 +44,7 @@ WORKS = {
     "MAVLink datagrams": mavlink_datagrams,
     "MAVLink bytes": mavlink_bytes,
     "tlog": tlog,
+    "dataflash log": dataflash,
 }
 if has_onnx():
     WORKS["predictor"] = predictor_step
