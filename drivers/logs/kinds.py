@@ -13,7 +13,6 @@ _MAGICS: tuple[tuple[bytes, str], ...] = (
     (b"PK\x03\x04", "a zip archive"),
     (b";$FILEVERSION", "a PEAK TRC log"),
     (b"date ", "a Vector ASC log"),
-    (b"(", "a candump log"),
     (b"MDF ", "an ASAM MDF log (.mf4)"),
     (b"SQLite format 3", "an SQLite database"),
 )
