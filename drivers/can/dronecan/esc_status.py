@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import struct
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -40,8 +41,7 @@ STATUS_DTYPE = np.dtype(
 )
 
 
-@dataclass(frozen=True, slots=True)
-class EscStatus:
+class EscStatus(NamedTuple):
     """uavcan.equipment.esc.Status as it is on the wire: NaN = unknown.
 
     Attributes:

@@ -83,7 +83,7 @@ def test_the_package_reads_our_status(values, node, transfer_id):
 @given(statuses)
 def test_status_survives_packing(values):
     back = unpack_status(pack_status(values))
-    for name in EscStatus.__slots__:
+    for name in EscStatus._fields:
         assert same(getattr(back, name), getattr(values, name)), name
 
 
