@@ -100,28 +100,26 @@ class HeldCommand:
 
     def mean(self, start_s: float, end_s: float) -> float | None:
         """Mean over `(start_s, end_s]`; None where the interval is not covered or the command is stale at its end."""
-        points = self._points
-        if not points or points[0].time_s > start_s or not self._fresh_at(end_s):
+        points = self._within(start_s, end_s)
+        if not points or points[0].time_s > start_s or end_s - points[-1].time_s > self.stale_s:
             return None
-        held = points[0].value
-        for point in points:
-            if point.time_s > end_s:
-                break
-            held = point.value
-        return held + self._excess(held, start_s, end_s) / (end_s - start_s)
-
-    def _excess(self, held: float, start_s: float, end_s: float) -> float:
+        held = points[-1].value
         # integral of (command - the command held at the end): exactly 0 for a constant command, whatever the rounding
         total = 0.0
-        for earlier, later in pairwise(self._points):
-            overlap_s = min(later.time_s, end_s) - max(earlier.time_s, start_s)
-            if overlap_s > 0.0:
-                total += (earlier.value - held) * overlap_s
-        return total
+        for earlier, later in pairwise(points):
+            total += (earlier.value - held) * (later.time_s - max(earlier.time_s, start_s))
+        return held + total / (end_s - start_s)
 
-    def _fresh_at(self, time_s: float) -> bool:
-        newest = next((p for p in reversed(self._points) if p.time_s <= time_s), None)
-        return newest is not None and time_s - newest.time_s <= self.stale_s
+    def _within(self, start_s: float, end_s: float) -> list[Point]:
+        """From the one that holds at the start, where it is remembered, to the one that holds at the end."""
+        within: list[Point] = []
+        for point in reversed(self._points):
+            if point.time_s <= end_s:
+                within.append(point)
+                if point.time_s <= start_s:
+                    break
+        within.reverse()
+        return within
 
     def forget_before(self, time_s: float) -> None:
         """Drops what no interval that starts at `time_s` or later needs."""

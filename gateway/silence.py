@@ -8,6 +8,7 @@ do not send any then.
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
@@ -65,6 +66,7 @@ class _Ear:
         self._heard = False
         self._silence_s = 0.0
         self._rare_s = -math.inf
+        self._settled = False  # that it is well is known, and would be no news
 
     def hear_rare(self, time_s: float) -> None:
         """Something came, and too rarely to be of use."""
@@ -94,7 +96,10 @@ class _Ear:
     def observation(self, time_s: float, steady: Steady, trouble: str = "") -> Observation | None:
         """What to say now; `trouble` that the driver tells counts at once, but not while a link still begins."""
         silent = self.silent(time_s)
-        if not (silent or trouble) and steady(self.watched.subject, time_s, Level.NORMAL):
+        self._settled = not (silent or trouble) and (
+            self._settled or steady(self.watched.subject, time_s, Level.NORMAL)
+        )
+        if self._settled:
             return None
         if silent or (trouble and self._heard):
             rare = time_s - self._rare_s <= max(self.watched.limit_s, RARE_S)
@@ -102,6 +107,10 @@ class _Ear:
             return self._observation(time_s, Level.SUSPECT, trouble, ())
         details = (f"after {self._silence_s:.1f} s",) if self._silence_s else ()
         return self._observation(time_s, Level.NORMAL, "", details) if self._heard else None
+
+    def calm(self, time_s: float) -> bool:
+        """Whether there is nothing to say of it for sure."""
+        return self._settled and not self.silent(time_s)
 
     def _observation(self, time_s: float, level: Level, trouble: str, details: tuple[str, ...]) -> Observation:
         watched = self.watched
@@ -121,6 +130,9 @@ class SilenceWatch:
     def __init__(self, links: Iterable[Watched], signals: Iterable[Watched]) -> None:
         self._links = {watched.link: _Ear(watched) for watched in links}
         self._signals = {watched.subject: _Ear(watched) for watched in signals}
+        self._by_link: defaultdict[str, list[_Ear]] = defaultdict(list)
+        for signal in self._signals.values():
+            self._by_link[signal.watched.link].append(signal)
         self._states: dict[str, LinkState] = {}
         self._started = False
 
@@ -139,7 +151,7 @@ class SilenceWatch:
 
     def patience_s(self, link: str, subject: str | None = None) -> float:
         """For how long a link, or a signal of it, may say nothing without anybody noticing, even another signal."""
-        watched = [ear.watched for ear in (self._links.get(link), *self._signals_of(link)) if ear is not None]
+        watched = [ear.watched for ear in (self._links.get(link), *self._by_link[link]) if ear is not None]
         if subject is None:
             # others are judged only while the link was heard of late: see `_alive`
             return min((one.limit_s for one in watched), default=math.inf) / 2.0
@@ -195,11 +207,12 @@ class SilenceWatch:
         return carrier is not None and not (self._is_up(carrier) and self._alive(carrier, link.limit_s, time_s))
 
     def _judge_signals(self, link: str, time_s: float, disarmed: bool, steady: Steady) -> Iterator[Observation]:
-        for signal in self._signals_of(link):
-            if not self._alive(link, signal.watched.limit_s, time_s):
+        for signal in self._by_link[link]:
+            missed = not (disarmed and signal.watched.armed_only)
+            if (missed and signal.calm(time_s)) or not self._alive(link, signal.watched.limit_s, time_s):
                 continue
             whole = self._whole(signal)
-            if (disarmed and signal.watched.armed_only) or (whole is not None and whole.silent(time_s)):
+            if not missed or (whole is not None and whole.silent(time_s)):
                 signal.start(time_s)
             else:
                 yield from _some(signal.observation(time_s, steady))
@@ -223,11 +236,8 @@ class SilenceWatch:
 
     def _give_signals_time(self, link: str, time_s: float) -> None:
         """After a silence of the whole link its signals are not missed before their own time."""
-        for signal in self._signals_of(link):
+        for signal in self._by_link[link]:
             signal.start(time_s)
-
-    def _signals_of(self, link: str) -> Iterator[_Ear]:
-        return (ear for ear in self._signals.values() if ear.watched.link == link)
 
 
 def _some(observation: Observation | None) -> Iterator[Observation]:

@@ -12,6 +12,8 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import repeat
+from math import inf
 from operator import itemgetter
 from typing import Any, Protocol, TypeAlias
 
@@ -23,6 +25,7 @@ from drivers.reading_block import CommandColumns, ReportColumns
 from drivers.readings import Reading, ThrusterCommand, ThrusterReport
 from gateway.channel import Aligned, Channel, Judgement, Source
 from gateway.silence import SilenceWatch
+from gateway.speed_channel import SpeedChannel
 from gateway.stretch import RankedColumns, Stretch
 from gateway.supervisor import Supervisor
 from gateway.thruster_channel import JudgedColumns, ThrusterChannel
@@ -167,15 +170,52 @@ def _aligned(stretch: Stretch, parts: Parts, interval: IndexArray) -> tuple[list
         if track is not None:
             tracks.append(track)
             continue
-        for single in sorted([*few, *(one for part in several for one in part.readings())], key=itemgetter(0)):
-            aligned = channel.align(single[2])
-            if aligned.samples or aligned.signal is not None:
-                taken[single[0]].append((channel, aligned))
-                heard[single[0]] = single
+        for single, aligned in _one_by_one(channel, several, few):
+            taken[single[0]].append((channel, aligned))
+            heard[single[0]] = single
         channel.judge()
     return tracks, [
         (rank, partial(parts.hear, link, reading, tuple(taken[rank]))) for rank, link, reading in heard.values()
     ]
+
+
+def _one_by_one(
+    channel: Channel[Any], several: Sequence[RankedColumns], few: Sequence[Single]
+) -> Iterator[tuple[Single, Aligned]]:
+    """Aligns readings in their order; gives those that did something."""
+    if isinstance(channel, SpeedChannel):
+        yield from _with_commands(channel, several, few)
+        return
+    for single in sorted([*few, *(one for part in several for one in part.readings())], key=itemgetter(0)):
+        aligned = channel.align(single[2])
+        if aligned.samples or aligned.signal is not None:
+            yield single, aligned
+
+
+def _with_commands(
+    channel: SpeedChannel, several: Sequence[RankedColumns], few: Sequence[Single]
+) -> Iterator[tuple[Single, Aligned]]:
+    """The same where commands, which are many, only have to be held until something else comes."""
+    commands = sorted(
+        command
+        for one in several
+        if isinstance(one.columns, CommandColumns)
+        for command in zip(
+            one.rank.tolist(),
+            one.columns.time_s.tolist(),
+            repeat(one.columns.thruster),
+            one.columns.fraction.tolist(),
+            strict=False,
+        )
+    )
+    place = 0
+    for single in (*few, None):
+        rank = inf if single is None else single[0]
+        while place < len(commands) and commands[place][0] < rank:
+            channel.command(*commands[place][1:])
+            place += 1
+        if single is not None:
+            yield single, channel.align(single[2])
 
 
 def _routed(stretch: Stretch, parts: Parts) -> defaultdict[str, list[RankedColumns]]:

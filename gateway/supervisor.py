@@ -102,7 +102,7 @@ class Supervisor:
             ValueError: a detector that has no policy.
         """
         subject = self._subject(observation)
-        if self._distrusted(observation.relies_on):
+        if observation.relies_on and self._distrusted(observation.relies_on):
             return self._distrust(subject, observation, observation.time_s)
         event = subject.debounce.update(observation.time_s, observation.level)
         if observation.level >= Level.SUSPECT or subject.level <= Level.NORMAL:
@@ -140,9 +140,10 @@ class Supervisor:
         """Takes a tick: repeats, requests to the autopilot, texts that had to wait, and a heartbeat once a second."""
         outgoing: list[Outgoing] = []
         for subject in self._subjects.values():
-            if subject.level > Level.UNKNOWN and self._distrusted(subject.seen.relies_on):
+            relies_on = subject.seen.relies_on
+            if relies_on and subject.level > Level.UNKNOWN and self._distrusted(relies_on):
                 outgoing += self._distrust(subject, subject.seen, time_s)
-            if self._repeat_due(subject, time_s):
+            if subject.level >= Level.SUSPECT and self._repeat_due(subject, time_s):
                 outgoing += self._apply(subject, Event.REPEAT_DUE, subject.seen, time_s)
         outgoing += self._intervene(time_s)
         outgoing += self._announcements.advance(time_s)
@@ -245,7 +246,7 @@ class Supervisor:
         return outgoing + (self._intervene(time_s) if Level.FAULT in (before, transition.level) else [])
 
     def _repeat_due(self, subject: Subject, time_s: float) -> bool:
-        if subject.level < Level.SUSPECT or subject.acknowledged:
+        if subject.acknowledged:
             return False
         fault = subject.level is Level.FAULT
         after_s = self._settings.repeat_s if fault else self._settings.suspect_repeat_s
@@ -265,11 +266,10 @@ class Supervisor:
         return said
 
     def _intervene(self, time_s: float) -> list[Outgoing]:
-        subjects = list(self._subjects.values())
-        faulty = any(subject.level is Level.FAULT for subject in subjects)
+        faulty = any(subject.level is Level.FAULT for subject in self._subjects.values())
         if not faulty and self._intervention.state is State.IDLE:
             return []
-        wanted = plan(subjects, self._settings.geometry, self._kind)
+        wanted = plan(list(self._subjects.values()), self._settings.geometry, self._kind)
         outgoing: list[Outgoing] = []
         for one in self._intervention.update(time_s, wanted, all_well=not faulty):
             if isinstance(one, StatusText):
