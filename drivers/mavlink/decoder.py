@@ -123,15 +123,26 @@ class MavlinkDecoder:
 
     def take(self, packet: Packet, time_s: float) -> Sequence[Reading]:
         """Readings of a packet whose checksum is right, and which the gate let in where there is one."""
-        if packet.component_id == self._own_component and packet.system_id == self._autopilot.system_id:
-            return self.own.take(packet, time_s)
-        route = self._routes.get(packet.message_id)
-        return self._from_autopilot(packet, time_s) if route is None else route(packet, time_s)
+        known = self._handlers.get(packet.message_id)
+        if known is None or packet.component_id != AUTOPILOT_COMPONENT:
+            return self._from_somebody(packet, time_s)
+        if packet.system_id != self._autopilot.system_id:
+            self.drops["not our autopilot"] += 1
+            return ()
+        self.heard[packet.message_id] += 1
+        unpack, handle = known
+        return handle(unpack(packet.payload), time_s)
 
     def answers(self) -> list[CommandAck | TimeSync]:
         """What is to be sent at once, by the rules of the protocol alone; each is given out once."""
         answers, self._answers = self._answers, []
         return answers
+
+    def _from_somebody(self, packet: Packet, time_s: float) -> Sequence[Reading]:
+        if packet.component_id == self._own_component and packet.system_id == self._autopilot.system_id:
+            return self.own.take(packet, time_s)
+        route = self._routes.get(packet.message_id)
+        return () if route is None else route(packet, time_s)
 
     def _routes_for(self, navigation: bool) -> dict[int, Callable[[Packet, float], Sequence[Reading]]]:
         """Messages that do not come from our autopilot alone, or of which more than the payload is looked at."""
@@ -165,21 +176,16 @@ class MavlinkDecoder:
         return self._velocities.decode(packet, time_s)
 
     def _acknowledgement(self, packet: Packet, time_s: float) -> Sequence[Reading]:
-        ours = (packet.system_id, packet.component_id) == (self._autopilot.system_id, AUTOPILOT_COMPONENT)
-        if ours and self._copies.repeats(packet, time_s):
-            self.drops["repeated"] += 1  # it would answer the next command of the same kind
-            return ()
-        return self._from_autopilot(packet, time_s)
-
-    def _from_autopilot(self, packet: Packet, time_s: float) -> Sequence[Reading]:
         if packet.component_id != AUTOPILOT_COMPONENT:
             return ()
         if packet.system_id != self._autopilot.system_id:
             self.drops["not our autopilot"] += 1
             return ()
+        if self._copies.repeats(packet, time_s):
+            self.drops["repeated"] += 1  # it would answer the next command of the same kind
+            return ()
         self.heard[packet.message_id] += 1
-        unpack, handle = self._handlers[packet.message_id]
-        return handle(unpack(packet.payload), time_s)
+        return self._acknowledge(formats.COMMAND_ACK.unpack(packet.payload), time_s)
 
     def _heartbeat(self, packet: Packet, time_s: float) -> list[Reading]:
         if packet.component_id != AUTOPILOT_COMPONENT:
@@ -204,6 +210,7 @@ class MavlinkDecoder:
     def _handlers_for(self, system_id: int | None) -> dict[int, tuple[Unpack, Handle]]:
         """What to do with each message that is wanted; messages that no thruster needs are not even unpacked."""
         vehicle = VehicleTelemetry(system_id or 0, self._own_component, self.drops)
+        self._acknowledge = vehicle.acknowledgement
         fixes = PositionFixes(self.drops)
         handlers: list[Handler] = [
             (formats.SYSTEM_TIME, vehicle.system_time),
@@ -212,7 +219,6 @@ class MavlinkDecoder:
             (formats.LOCAL_POSITION_NED, vehicle.local_position),
             (formats.GLOBAL_POSITION_INT, vehicle.global_position),
             (formats.GPS_RAW_INT, fixes.gps_raw),
-            (formats.COMMAND_ACK, vehicle.acknowledgement),
         ]
         handlers += self._thruster_handlers()
         handlers += self._navigation_handlers() if self._navigation else []

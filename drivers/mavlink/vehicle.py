@@ -82,40 +82,32 @@ class VehicleTelemetry:
 
     def attitude(self, values: tuple[Any, ...], time_s: float) -> list[Reading]:
         """ATTITUDE; radians and radians per second on the wire too."""
+        boot_ms, roll, pitch, yaw, roll_rate, pitch_rate, yaw_rate = values
         readings: list[Reading] = []
-        if self._is_news(ATTITUDE, values[0], time_s, readings):
+        if self._is_news(ATTITUDE, boot_ms, time_s, readings):
             self._attitude_s = time_s
-            self._add_attitude(readings, time_s, *values)
+            if _within(roll, pitch, yaw, ANGLE_MAX_RAD) and _within(roll_rate, pitch_rate, yaw_rate, RATE_MAX_RADPS):
+                boot_s = boot_ms / 1000.0
+                readings.append(_attitude(time_s, roll, pitch, yaw, roll_rate, pitch_rate, yaw_rate, boot_s))
+            else:
+                self._drops["implausible attitude"] += 1
         return readings
 
     def attitude_quaternion(self, values: tuple[Any, ...], time_s: float) -> list[Reading]:
         """ATTITUDE_QUATERNION, where there is no ATTITUDE: from the body to north-east-down, w first."""
-        boot_ms, quaternion, rates = values[0], values[1:5], values[5:8]
+        boot_ms, *quaternion, roll_rate, pitch_rate, yaw_rate = values[:8]
         if time_s - self._attitude_s <= ATTITUDE_MISSED_S:
             return self._reboot(boot_ms, time_s)
         readings: list[Reading] = []
         if self._is_news(ATTITUDE_QUATERNION, boot_ms, time_s, readings):
             whole = abs(math.hypot(*quaternion) - 1.0) <= LENGTH_TOLERANCE  # False for NaN
-            angles = _euler(*quaternion) if whole else (math.nan, math.nan, math.nan)
-            self._add_attitude(readings, time_s, boot_ms, *angles, *rates)
+            if whole and _within(roll_rate, pitch_rate, yaw_rate, RATE_MAX_RADPS):
+                roll, pitch, yaw = _euler(*quaternion)
+                boot_s = boot_ms / 1000.0
+                readings.append(_attitude(time_s, roll, pitch, yaw, roll_rate, pitch_rate, yaw_rate, boot_s))
+            else:
+                self._drops["implausible attitude"] += 1
         return readings
-
-    def _add_attitude(
-        self,
-        readings: list[Reading],
-        time_s: float,
-        boot_ms: int,
-        roll: float,
-        pitch: float,
-        yaw: float,
-        roll_rate: float,
-        pitch_rate: float,
-        yaw_rate: float,
-    ) -> None:
-        if _within(roll, pitch, yaw, ANGLE_MAX_RAD) and _within(roll_rate, pitch_rate, yaw_rate, RATE_MAX_RADPS):
-            readings.append(_attitude(time_s, roll, pitch, yaw, roll_rate, pitch_rate, yaw_rate, boot_ms / 1000.0))
-        else:
-            self._drops["implausible attitude"] += 1
 
     def local_position(self, values: tuple[Any, ...], time_s: float) -> list[Reading]:
         """LOCAL_POSITION_NED; metres and metres per second on the wire too."""
