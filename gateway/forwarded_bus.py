@@ -12,9 +12,10 @@ from drivers.mavlink.can_filter import forwarding_ids
 from drivers.mavlink.can_forward import CanForward
 from drivers.mavlink.forwarded_frames import ForwardedFrames
 from drivers.mavlink.messages import CanFilterModify, CommandLong
-from drivers.readings import LinkState, Reading
+from drivers.readings import LinkState, Reading, ThrusterReport
 from gateway.config import Config
 from gateway.config_sections import CanBus
+from gateway.torn_speeds import TornSpeeds
 from gateway.wiring import can_decoder
 
 Take = Callable[[str, Sequence[Reading]], None]
@@ -41,13 +42,14 @@ class ForwardedBus:
         self.frames = ForwardedFrames(self._drops)
         self._decoder = can_decoder(bus, config.thruster)
         self._forward = CanForward(bus.name, int(bus.channel), forwarding_ids(self._decoder.filters()))
+        self._speeds = {one.number: TornSpeeds(config.alignment(one).gap_s) for one in config.thruster}
         self._take = take
 
     def update(self, readings: Iterable[Reading], time_s: float) -> list[CommandLong | CanFilterModify]:
         """Takes what the MAVLink link brought, frames included; what to send now. At least once a second."""
         frames = self._forward.frames(self.frames.take())
         self.received += len(frames)
-        decoded = [reading for frame in frames for reading in self._decoder.decode(frame)]
+        decoded = [reading for frame in frames for reading in self._decoder.decode(frame) if self._is_whole(reading)]
         if decoded:
             self._take(self.name, decoded)
         return self._forward.update(readings, time_s)
@@ -59,6 +61,12 @@ class ForwardedBus:
     def stop(self, time_s: float) -> list[CommandLong | CanFilterModify]:
         """What ends the forwarding."""
         return self._forward.stop(time_s)
+
+    def _is_whole(self, reading: Reading) -> bool:
+        if not isinstance(reading, ThrusterReport) or self._speeds[reading.thruster].admits(reading):
+            return True
+        self._drops["speed after losses"] += 1
+        return False
 
     def drops(self) -> Counter[str]:
         """What was thrown away, by cause."""

@@ -3,11 +3,12 @@
 import pytest
 
 from detectors.verdict import Level
-from drivers.readings import LinkState
+from drivers.readings import LinkState, ThrusterReport
 from gateway.config import ConfigError, parse
 from gateway.rules import SAMPLED_SILENT_S, silence_watch
 from gateway.silence import SilenceWatch, Watched
 from gateway.tests.conftest import TWO_THRUSTERS
+from gateway.torn_speeds import TornSpeeds
 
 FORWARDED = TWO_THRUSTERS.replace('"virtual"', '"mavlink"').replace('"gateway tests"', '"1"')
 SECOND = '\n[[can]]\nname = "can1"\ninterface = "mavlink"\nchannel = "2"\nprotocol = "dronecan"\n'
@@ -129,3 +130,36 @@ def test_configured_limits(tmp_path):
     for link in ("can0", "mavlink"):
         watch.hear_link(link, 7.0)
     assert "X" in troubles(watch, 7.0)
+
+
+# Speeds between which reports were lost -----------------------------------------------------------
+
+
+def admitted(reports):
+    """Of (time, speed): the times of those that are passed on."""
+    torn = TornSpeeds(0.25)
+    return [time_s for time_s, speed_rpm in reports if torn.admits(ThrusterReport(time_s, 1, speed_rpm))]
+
+
+@pytest.mark.parametrize(
+    "reports",
+    [
+        [(0.0, 1000.0), (0.02, 2000.0), (0.04, 500.0)],  # none is lost
+        [(0.0, 1000.0), (0.2, 1040.0), (0.22, 1000.0)],  # some are, and nothing happened
+        [(0.0, 1000.0), (0.3, 2000.0), (0.32, 2000.0)],  # a gap anyway
+        [(0.0, 0.0), (0.2, 0.0)],
+        [(0.0, 1000.0), (0.1, None), (0.12, 1000.0)],
+        [(100.0, 1000.0), (5.0, 2000.0), (5.02, 2000.0)],  # a clock that was set back
+    ],
+)
+def test_speeds_that_may_be_joined_are_passed_on(reports):
+    assert admitted(reports) == [time_s for time_s, _ in reports]
+
+
+def test_a_change_that_nobody_saw_becomes_a_gap():
+    reports = [(0.0, 1000.0), (0.1, 1500.0), (0.12, 1500.0), (0.24, 1500.0), (0.26, 1500.0), (0.28, 1520.0)]
+    assert admitted(reports) == [0.0, 0.26, 0.28]
+
+
+def test_and_so_does_one_of_the_direction():
+    assert admitted([(0.0, 100.0), (0.1, -100.0), (0.2, -100.0), (0.3, -100.0)]) == [0.0, 0.3]

@@ -32,7 +32,10 @@ FORWARD = mavlink.MAV_CMD_CAN_FORWARD
 STATUS_ID, RAW_COMMAND_ID = 1034, 1030
 STATUS_STEPS = round(1.0 / PERIOD_S)
 # what remains of transfers of which a frame is lost
-LOST = {"missing start", "unfinished transfer", "toggle", "transfer id", "repeated transfer", "timed out", "CRC"}
+LOST = {
+    "missing start", "unfinished transfer", "toggle", "transfer id", "repeated transfer", "timed out", "CRC",
+    "speed after losses",
+}  # fmt: skip
 
 
 def configuration(folder, port=0, thrusters=THRUSTERS, align="sample_rate_hz = 50"):
