@@ -45,15 +45,6 @@ def open_can_log(path: Path, damage: DamageReport) -> Iterator[tuple[str, FrameB
     return without_spikes(reader(path, damage), damage)
 
 
-def is_can_log(path: Path) -> bool:
-    """True if `open_can_log` reads the file.
-
-    Raises:
-        OSError: the file cannot be read.
-    """
-    return _reader(head_of_text(path), path) is not None
-
-
 def _reader(head: bytes, path: Path) -> Reader | None:
     if not head.strip():
         return _BY_SUFFIX.get(Path(path.name.removesuffix(".gz")).suffix.lower())
