@@ -55,7 +55,7 @@ def find_signal(database: Database, reference: str) -> tuple[Message, DatabaseSi
 
 
 def _named(name: str, kind: str, candidates: Iterable[_Named]) -> _Named:
-    candidates = list(candidates)
+    candidates = [candidate for candidate in candidates if candidate.name]  # a KCD file may leave it out
     found = [candidate for candidate in candidates if candidate.name == name]
     if len(found) > 1:
         raise ValueError(f"{len(found)} times a {kind} is named {name!r}: keep one of them in the database")
@@ -139,7 +139,10 @@ def _selectors(message: Message, signal: DatabaseSignal) -> Iterable[tuple[BitFi
     passed = {signal.name}
     while signal.multiplexer_ids is not None and signal.multiplexer_signal is not None:
         wanted = frozenset(signal.multiplexer_ids)
-        signal = message.get_signal_by_name(signal.multiplexer_signal)
+        found = [one for one in message.signals if one.name == signal.multiplexer_signal]
+        if not found:
+            raise ValueError(f"there is no multiplexer {signal.multiplexer_signal}")
+        signal = found[0]
         if signal.name in passed:
             raise ValueError(f"multiplexer {signal.name} selects itself")
         passed.add(signal.name)

@@ -6,6 +6,8 @@ from random import Random
 
 import cantools
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from drivers.can.dbc import DbcDecoder, DbcThruster
 from drivers.can.frame import CanFrame
@@ -286,6 +288,51 @@ def test_a_signal_that_no_number_can_be_read_of_is_refused(tmp_path, signal, mes
     (tmp_path / "wide.dbc").write_text(text + ("SIG_VALTYPE_ 1 S : 1;\n" if "24" in signal else ""))
     with pytest.raises(ValueError, match=message):
         DbcDecoder(tmp_path / "wide.dbc", [DbcThruster(1, speed="Wide.S")])
+
+
+def damaged(random, text):
+    """A few characters are others, or lost, or there is a piece of the text where it should not be."""
+    for _ in range(random.choice([1, 2, 4])):
+        place, other = random.randrange(len(text)), random.randrange(len(text))
+        kept = place + random.choice([0, 1, 1, 10])
+        inserted = random.choice(["", text[other : other + 20], random.choice('019mM|@+-:;,"<> .e'), "65"])
+        text = text[:place] + inserted + text[kept:]
+    return text
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.sampled_from(["dbc", "kcd", "sym", "arxml"]), st.integers(0, 2**64))
+def test_a_damaged_file_is_refused_or_read(files, suffix, seed):
+    random = Random(seed)
+    path = files / f"damaged.{suffix}"
+    path.write_text(damaged(random, (files / f"vendor.{suffix}").read_text()))
+    try:
+        one_by_one, in_blocks = DbcDecoder(path, THRUSTERS), DbcDecoder(path, THRUSTERS)
+    except ValueError:
+        return
+    expected = [reading for frame in frames() for reading in one_by_one.decode(frame)]
+    assert repr(in_blocks.decode_block(FrameBlock.of(list(frames()))).readings()) == repr(expected)
+
+
+NESTED = DBC.replace(" SG_ Right m2", ' SG_ Inner m2M : 24|8@1+ (1,0) [0|0] "" ESC\n SG_ Right m3')
+NESTED += "SG_MUL_VAL_ 259 Inner Which 2-2;\nSG_MUL_VAL_ 259 Right Nowhere 3-3;\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        (
+            "lost.dbc",
+            NESTED,
+            r"speed of thruster 3: Muxed\.Right: there is no multiplexer Nowhere: mend the database",
+        ),
+        ("nameless.kcd", KCD.replace('name="Rpm" ', ""), "no signal of Status is named 'Rpm', nearest is '"),
+    ],
+)
+def test_what_a_signal_depends_on_is_missed(tmp_path, name, text, message):
+    (tmp_path / name).write_text(text)
+    with pytest.raises(ValueError, match=message):
+        DbcDecoder(tmp_path / name, THRUSTERS)
 
 
 def test_a_message_of_several_frames_is_refused(tmp_path):
