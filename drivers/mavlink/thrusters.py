@@ -27,7 +27,8 @@ class MavlinkThruster:
         thruster: its number in the configuration, from 1.
         servo_channel: 1..32, the output in SERVO_OUTPUT_RAW; None: the command comes from elsewhere.
         command_scale: from the unit of the wire to a fraction of full thrust; given exactly where a command is.
-        esc_index: 0-based over all ESC_TELEMETRY_* (or PX4's ESC_STATUS) messages; None: no ESC telemetry.
+        esc_index: 0-based over all ESC_TELEMETRY_* (or PX4's ESC_STATUS) messages; None: no ESC telemetry. It is the
+            number in the messages: ArduPilot has taken its ESC_TLM_MAV_OFS off.
         signed: True where ESC_STATUS carries the direction (ESC_TELEMETRY_* never does: ArduPilot sends magnitudes).
         reverse: True where a positive reported speed drives astern; only for a signed one.
         rpm_sensor: 1 or 2, the instance in RPM, for a speed sensor of its own in place of an ESC's.
