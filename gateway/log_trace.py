@@ -24,6 +24,7 @@ from drivers.readings import (
 FloatArray: TypeAlias = NDArray[np.float64]
 
 REBOOT_S = 5.0  # by which the autopilot's clock must go back; messages overtake each other by less
+SESSION_MIN = 20  # stamps: fewer tell nothing
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,14 +116,8 @@ class LogTrace:
         if not self._stamps:
             return []
         rows = np.concatenate(self._stamps)
-        parts, begin = [], 0
-        while begin < len(rows):
-            newest_s = np.maximum.accumulate(rows[begin:, 0])
-            back = np.flatnonzero(rows[begin:, 0] < newest_s - REBOOT_S)
-            end = begin + int(back[0]) if len(back) else len(rows)
-            parts.append(_session(rows[begin:end]))
-            begin = end
-        return parts
+        restarts = np.flatnonzero(np.diff(rows[:, 0]) < -REBOOT_S) + 1
+        return [_session(part) for part in np.split(rows, restarts) if len(part) >= SESSION_MIN]
 
 
 def _session(rows: FloatArray) -> BootSession:

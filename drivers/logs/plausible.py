@@ -42,4 +42,6 @@ def between(column: FloatArray, lowest: float, highest: float) -> FloatArray:
 
 def optional(column: FloatArray) -> list[float | None]:
     """N numbers, None where NaN."""
+    if not np.isnan(column).any():
+        return list(column.tolist())
     return [None if isnan(number) else number for number in column.tolist()]
