@@ -23,7 +23,8 @@ from gateway.config import Config, parse
 from gateway.pipeline import Factories
 from gateway.run import run
 from hil_tests.bench.timed_detector import CHANGE_S, SPEED_RPM, WANTED_RPM, TimedDetectors
-from hil_tests.bench.timed_vehicle import RATE_HZ, TimedVehicle, free_port, received, stamping_socket
+from hil_tests.bench.timed_vehicle import RATE_HZ, TimedVehicle
+from hil_tests.live.stamped_socket import free_port, received, stamping_socket
 
 FloatArray = NDArray[np.float64]
 

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import re
-import socket
-import struct
 from collections.abc import Iterator
 from threading import Event, Thread
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from hil_tests.bench.timed_detector import SPEED_RPM, WANTED_RPM
+from hil_tests.live.stamped_socket import received, stamping_socket
 
 RATE_HZ = 20.0
-SO_TIMESTAMPNS = 35  # of Linux; Python has no name for it
-STAMP = struct.Struct("@qq")
 
 
 class TimedVehicle(Thread):
@@ -66,31 +63,3 @@ class TimedVehicle(Thread):
                 found = re.search(r"want (\d+)", message.text) if message.get_type() == "STATUSTEXT" else None
                 if found is not None:
                     self.texts[int(found[1]) - WANTED_RPM] = stamp_ns
-
-
-def stamping_socket() -> socket.socket:
-    """A UDP socket on the loopback whose datagrams the kernel stamps with its wall clock."""
-    opened = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    opened.bind(("127.0.0.1", 0))
-    opened.setblocking(False)
-    opened.setsockopt(socket.SOL_SOCKET, SO_TIMESTAMPNS, 1)
-    return opened
-
-
-def received(opened: socket.socket) -> Iterator[tuple[bytes, int]]:
-    """What has arrived, and when."""
-    while True:
-        try:
-            data, ancillary, _, _ = opened.recvmsg(2048, socket.CMSG_SPACE(STAMP.size))
-        except BlockingIOError:
-            return
-        for _, _, stamp in ancillary:
-            seconds, nanoseconds = STAMP.unpack(stamp)
-            yield data, seconds * 10**9 + nanoseconds
-
-
-def free_port() -> int:
-    """A UDP port of the loopback that nobody uses."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])

@@ -8,7 +8,7 @@ from threading import Event, Thread
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from hil_tests.bench.timed_vehicle import received, stamping_socket
+from hil_tests.live.stamped_socket import received, stamping_socket
 
 RATE_HZ = 100
 DEPTH_PA = 150_000.0

@@ -16,10 +16,10 @@ from tempfile import TemporaryDirectory
 
 import psutil
 
-from hil_tests.bench.timed_vehicle import free_port
 from hil_tests.live.autopilot import Autopilot, Text
 from hil_tests.live.buses import HOST, Buses
 from hil_tests.live.sender import Played, play_bus
+from hil_tests.live.stamped_socket import free_port
 from hil_tests.live.traffic import ESCS, THRUSTERS, Fault, Plan
 
 START_S, STOP_S = 60.0, 30.0

@@ -16,11 +16,11 @@ from drivers.clock import Clock
 from drivers.readings import ThrusterReport
 from gateway.config_sections import CanBus
 from hil_tests.bench import live
-from hil_tests.bench.timed_vehicle import free_port
 from hil_tests.live.autopilot import Text
 from hil_tests.live.buses import Buses, udp_opener
 from hil_tests.live.latency import latency, told
 from hil_tests.live.measure import Run, live_run
+from hil_tests.live.stamped_socket import free_port
 from hil_tests.live.traffic import FAULT_S, SLOWED, UNWANTED, Fault, Load, Plan, is_onset, traffic
 
 
