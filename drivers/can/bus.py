@@ -24,7 +24,7 @@ CLOSE_S = 0.5
 
 # What a condition means for the link: (up, detail). Other conditions are counted only.
 _STATES = {
-    BusCondition.BUS_OFF: (False, "bus-off (it needs a restart-ms)"),
+    BusCondition.BUS_OFF: (False, "bus-off (back by restart-ms only)"),
     BusCondition.RESTARTED: (True, ""),
     BusCondition.ACTIVE: (True, ""),
     BusCondition.PASSIVE: (True, BusCondition.PASSIVE.value),
