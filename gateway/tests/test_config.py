@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from detectors.speed import FlowModel, SpeedConfig, SpeedCurve
 from detectors.speed.flow_models import TidalConstituent, TidalFlow
-from drivers.can.vesc_messages import encode_command
+from drivers.can.vesc_messages import Status, encode_command
 from gateway import config as module
 from gateway.config import Config, load, parse
 from gateway.local_frame import LocalFrame
@@ -216,6 +216,28 @@ def test_clash_on_a_vesc_bus(name):
     command, rpm, key, said = VESC_CLASHES[name]
     found = problems(VESC_BUS + thruster(1, command, rpm))
     assert said in found[f"thruster[number=1].{key}"]
+
+
+def test_the_vesc_example_reads_each_thruster_where_it_is():
+    config = load(VENDOR.with_name("vesc.toml"))
+    decoder = can_decoder(config.can[0], config.thruster)
+    commands = [
+        encode_command("duty", 0.475, 10),
+        encode_command("duty", 0.475, 11),
+        encode_command("rpm", -10500, 12),
+    ]
+    commanded = [reading for frame in commands for reading in decoder.decode(frame)]
+    assert [(one.thruster, pytest.approx(one.fraction)) for one in commanded] == [(1, 0.5), (2, -0.5), (3, -0.5)]
+    reported = [
+        reading for vesc in (10, 11, 12, 13) for reading in decoder.decode(Status(7000, 1.0, 0.5).frame(vesc))
+    ]
+    assert [(one.thruster, pytest.approx(one.speed_rpm)) for one in reported] == [
+        (1, 1000.0),
+        (2, -1000.0),
+        (3, 1000.0),
+        (4, 1000.0),
+    ]
+    assert not decoder.drops
 
 
 def test_two_thrusters_cannot_have_one_vesc():
