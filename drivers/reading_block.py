@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import isnan
 from operator import itemgetter
@@ -131,6 +131,14 @@ class ReadingBlock:
             for half in (0, 1)
         )
         return before, after
+
+    def moved(self, time_of: Callable[[Any], Any]) -> ReadingBlock:
+        """The same by another clock. `time_of`: what its time is by that one, of a number or an array."""
+        return ReadingBlock(
+            tuple(replace(one, time_s=time_of(one.time_s)) for one in self.commands),
+            tuple(replace(one, time_s=time_of(one.time_s)) for one in self.reports),
+            tuple((row, replace(reading, time_s=time_of(reading.time_s))) for row, reading in self.others),
+        )
 
     def _shifted(self, rows: int) -> ReadingBlock:
         return ReadingBlock(

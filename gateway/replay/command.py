@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +14,7 @@ from rich.progress import Progress, SpinnerColumn, TextColumn
 from gateway.config import Config, load
 from gateway.findings import Finding
 from gateway.problems import ConfigError
-from gateway.replay.log_input import log_input
+from gateway.replay.log_input import LogInput, log_input
 from gateway.severity import Severity
 
 if TYPE_CHECKING:
@@ -33,8 +34,15 @@ CLEAN, FAULTS, FAILED = 0, 1, 2
     required=True,
     help=f"Folder for {FINDINGS} and {SUMMARY}; those of an earlier replay are replaced.",
 )
+@click.option(
+    "--offset",
+    "offsets",
+    multiple=True,
+    metavar="LOG=SECONDS",
+    help="Added to the times of LOG, whose clock was another; left out: found, where the logs show it.",
+)
 @click.option("-v", "--verbose", is_flag=True, help="Print all findings, also that something is well.")
-def replay(config: Path, log: tuple[str, ...], out: Path, verbose: bool) -> None:
+def replay(config: Path, log: tuple[str, ...], out: Path, offsets: tuple[str, ...], verbose: bool) -> None:
     """Judge recorded dives by the very code that judges live: the same readings give the same findings.
 
     \b
@@ -51,7 +59,8 @@ def replay(config: Path, log: tuple[str, ...], out: Path, verbose: bool) -> None
     console = Console()
     try:
         out.mkdir(parents=True, exist_ok=True)
-        result = _replayed(load(config), log, out, console, Severity.INFO if verbose else Severity.NOTICE)
+        least = Severity.INFO if verbose else Severity.NOTICE
+        result = _replayed(load(config), log, offsets, out, console, least)
     except (ConfigError, ValueError, OSError) as error:
         click.echo(f"Error: {error}", err=True)
         raise click.exceptions.Exit(FAILED) from error
@@ -65,12 +74,16 @@ def replay(config: Path, log: tuple[str, ...], out: Path, verbose: bool) -> None
     raise click.exceptions.Exit(FAULTS if result.faulty else CLEAN)
 
 
-def _replayed(config: Config, logs: tuple[str, ...], out: Path, console: Console, least: Severity) -> ReplayResult:
+def _replayed(
+    config: Config, logs: tuple[str, ...], offsets: tuple[str, ...], out: Path, console: Console, least: Severity
+) -> ReplayResult:
     # with all detectors and log readers: no other command should wait for them
+    from gateway.replay.clocks import on_one_clock
     from gateway.replay.session import grouped
     from gateway.replay.session import replay as replay_logs
 
-    readings = grouped([log_input(one, config.links()) for one in logs], config)
+    inputs = [log_input(one, config.links()) for one in logs]
+    timed = on_one_clock(grouped(inputs, config), config, _offsets_s(offsets, inputs))
     columns = (SpinnerColumn(), TextColumn("{task.description}"))
     begin_s = time.perf_counter()
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
@@ -83,7 +96,26 @@ def _replayed(config: Config, logs: tuple[str, ...], out: Path, console: Console
                 if finding.severity <= least:
                     _print(bar.console, finding)
 
-        return replay_logs(config, readings, out / FINDINGS, show)
+        return replay_logs(config, timed, out / FINDINGS, show)
+
+
+def _offsets_s(offsets: tuple[str, ...], logs: Sequence[LogInput]) -> dict[Path, float]:
+    """What the user gave, by log.
+
+    Raises:
+        ValueError: no number, or a log that is not replayed.
+    """
+    given_s: dict[Path, float] = {}
+    for text in offsets:
+        name, _, number = text.rpartition("=")
+        path = next((log.path for log in logs if name in (str(log.path), log.path.name)), None)
+        if path is None:
+            raise ValueError(f"--offset {text}: want LOG=SECONDS, of {', '.join(str(log.path) for log in logs)}")
+        try:
+            given_s[path] = float(number)
+        except ValueError:
+            raise ValueError(f"--offset {text}: {number!r} is no number of seconds") from None
+    return given_s
 
 
 def _print(console: Console, finding: Finding) -> None:

@@ -51,6 +51,10 @@ class LogReadings:
         """What the decoders threw away, by link and cause."""
         return self._drops | {name: decoder.drops for name, decoder in self._decoders.items()}
 
+    def again(self) -> LogReadings:
+        """The same logs, unread."""
+        return LogReadings(self.logs, self._config)
+
     @property
     def unix(self) -> bool:
         """Whether the times are unix seconds; else they count from some beginning."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import groupby
 from pathlib import Path
@@ -15,6 +15,7 @@ from gateway.config import Config
 from gateway.findings import Finding, FindingsFile
 from gateway.outlet import NOTES
 from gateway.pipeline import Factories, Pipeline
+from gateway.replay.clocks import TimedLog
 from gateway.replay.log_input import LogInput
 from gateway.replay.log_readings import LogReadings
 from gateway.replay.merging import stretches
@@ -31,7 +32,7 @@ class ReplayResult:
         levels: last level of every subject.
         remarks: what is worth saying beside; unjudged: subjects of which there was never a sample.
         drops: what was thrown away, by link or stage, by cause.
-        damage: of each log, what could not be read, in lines.
+        logs: of each by its name, in lines: what was read, by which clock, and what could not be read.
         unused: frames of interfaces that no link is for.
     """
 
@@ -42,8 +43,7 @@ class ReplayResult:
     remarks: dict[str, str] = field(default_factory=dict)
     unjudged: list[str] = field(default_factory=list)
     drops: dict[str, Counter[str]] = field(default_factory=dict)
-    damage: dict[Path, list[str]] = field(default_factory=dict)
-    records: dict[Path, int] = field(default_factory=dict)
+    logs: dict[str, list[str]] = field(default_factory=dict)
     unused: Counter[str] = field(default_factory=Counter)
 
     @property
@@ -60,7 +60,7 @@ class ReplayResult:
         """For people."""
         return [
             f"replayed {self.duration_s:.1f} s of the dive",
-            *(line for path, count in self.records.items() for line in self._of_log(path, count)),
+            *(f"{name}: {line}" for name, lines in self.logs.items() for line in lines),
             *(
                 f"{interface}: {count} frames, and no link is for them: name the link, LINK=LOG"
                 for interface, count in self.unused.items()
@@ -71,10 +71,6 @@ class ReplayResult:
             *(f"{subject}: {remark}" for subject, remark in self.remarks.items()),
             *([f"never judged: {', '.join(self.unjudged)}"] if self.unjudged else []),
         ]
-
-    def _of_log(self, path: Path, count: int) -> Iterator[str]:
-        yield f"{path.name}: {count} records"
-        yield from (f"{path.name}: lost, {line}" for line in self.damage[path])
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +97,7 @@ def _group(log: LogInput) -> tuple[str, str]:
 
 def replay(
     config: Config,
-    logs: Sequence[LogReadings],
+    logs: Sequence[TimedLog],
     findings: Path,
     progress: Callable[[Progress], None] = lambda _: None,
     factories: Factories | None = None,
@@ -110,7 +106,7 @@ def replay(
 
     Args:
         config: what to watch.
-        logs: see `grouped`.
+        logs: on one clock, see `gateway.replay.clocks`.
         findings: file for them; one that is there is replaced.
         progress: hears how far it is.
         factories: makes the detectors; None: the real ones.
@@ -142,14 +138,16 @@ def _without_plots(config: Config) -> Config:
     return replace(config, mavlink=config.mavlink.model_copy(update={"named_values_period_s": 0.0}))
 
 
-def _account(result: ReplayResult, pipeline: Pipeline, logs: Iterable[LogReadings]) -> None:
+def _account(result: ReplayResult, pipeline: Pipeline, logs: Iterable[TimedLog]) -> None:
     result.levels, result.remarks = pipeline.levels(), pipeline.remarks()
     result.unjudged = [subject for subject, newest in pipeline.newest.items() if newest is None]
     for one in logs:
-        result.drops |= one.drops()
-        result.unused += one.unused
-        for path, damage in one.damage.items():
-            result.damage[path], result.records[path] = damage.lines(), damage.records
+        result.drops |= one.readings.drops()
+        result.unused += one.readings.unused
+        for path, damage in one.readings.damage.items():
+            told = [f"clock {one.remark}"] if one.remark else []
+            lost = [f"lost, {line}" for line in damage.lines()]
+            result.logs[path.name] = [f"{damage.records} records", *told, *lost]
     result.drops["pipeline"] = pipeline.drops()
 
 

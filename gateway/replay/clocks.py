@@ -1,0 +1,112 @@
+"""Logs of one dive, each by the clock of who wrote it, on one time line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from math import inf
+from operator import add
+from pathlib import Path
+
+from gateway.config import Config
+from gateway.log_clocks import log_offset
+from gateway.log_trace import LogTrace
+from gateway.replay.log_readings import Blocks, LogReadings
+
+# of a log, what its clock is found by: long enough to see it drift
+TRACE_S = 900.0
+
+
+@dataclass(frozen=True, slots=True)
+class TimedLog:
+    """A log whose times are changed to those of another one's clock.
+
+    Attributes:
+        readings: of the log.
+        time_of: a time of the log by that clock; None: they stay.
+        remark: for the summary, how it was found; empty where there is nothing to say.
+    """
+
+    readings: LogReadings
+    time_of: Callable[[float], float] | None = None
+    remark: str = ""
+
+    def __iter__(self) -> Blocks:
+        """Link and readings."""
+        for link, block in self.readings:
+            yield link, block if self.time_of is None else block.moved(self.time_of)
+
+
+def on_one_clock(logs: Sequence[LogReadings], config: Config, given_s: Mapping[Path, float]) -> list[TimedLog]:
+    """The logs with their times as the first one's that has unix times, or else as the first one's.
+
+    Args:
+        logs: of one dive.
+        config: where commands and speeds are.
+        given_s: by log, seconds that are to be added to its times; these are not looked for.
+
+    Raises:
+        OSError: a log cannot be read.
+        ValueError: a log counts from some start of its own, and nothing shows when that was.
+    """
+    reference = next((one for one in logs if one.unix and not _given(one, given_s)), logs[0])
+    trace: LogTrace | None = None
+    timed = []
+    for one in logs:
+        if one is not reference and not _given(one, given_s) and _comparable(one, reference, config):
+            trace = trace or _trace(reference)
+            timed.append(_found(one, trace))
+        else:
+            timed.append(_as_given(one, given_s))
+    _check(timed, reference)
+    return timed
+
+
+def _given(log: LogReadings, given_s: Mapping[Path, float]) -> bool:
+    return any(one.path in given_s for one in log.logs)
+
+
+def _as_given(log: LogReadings, given_s: Mapping[Path, float]) -> TimedLog:
+    for one in log.logs:
+        if one.path in given_s:
+            return TimedLog(log, partial(add, given_s[one.path]), f"{given_s[one.path]:+.3f} s, as given")
+    return TimedLog(log)
+
+
+def _comparable(log: LogReadings, reference: LogReadings, config: Config) -> bool:
+    """Whether both can have commands or speeds of one thruster: where command and speed of it come over two links."""
+    mixed = any(thruster.command.link != thruster.rpm.link for thruster in config.thruster)
+    return mixed or not (log.unix and reference.unix)
+
+
+def _trace(log: LogReadings) -> LogTrace:
+    trace, begin_s = LogTrace(), inf
+    for _, block in log.again():
+        if block:
+            times_s = block.times()[1]
+            begin_s = min(begin_s, float(times_s[0]))
+            trace.take_block(block)
+            if times_s[0] > begin_s + TRACE_S:
+                break
+    return trace
+
+
+def _found(log: LogReadings, reference: LogTrace) -> TimedLog:
+    offset = log_offset(reference, _trace(log))
+    if offset is None:
+        return TimedLog(log, None, "its clock was compared, and taken as it is: nothing in both shows an offset")
+    drift = f", {1e6 * offset.drift:+.0f} ppm" if offset.drift else ""
+    return TimedLog(
+        log, offset.time_s, f"{offset.offset_s:+.3f} s{drift}, by {offset.found_by} of {offset.overlap_s:.0f} s"
+    )
+
+
+def _check(timed: Sequence[TimedLog], reference: LogReadings) -> None:
+    """A log that counts from its own start cannot be laid beside others as it is."""
+    for one in timed:
+        if one.time_of is None and one.readings is not reference and not (one.readings.unix and reference.unix):
+            path = one.readings.logs[0].path
+            raise ValueError(
+                f"{path} counts from a start of its own, and nothing shows when that was: --offset {path}=SECONDS"
+            )
