@@ -7,6 +7,7 @@ with a joystick, a positioning system, a camera. What this product reads of them
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from math import sin
 from typing import Any
 
@@ -34,17 +35,30 @@ _BY_RATE: Mapping[tuple[float, tuple[int, int]], str] = {
 }
 RATES = [(name, rate_hz, sender) for (rate_hz, sender), names in _BY_RATE.items() for name in names.split()]
 
+# what the gateway asks for more often, where it watches thrusters, speed and navigation over MAVLink
+ASKED_HZ = {
+    "SERVO_OUTPUT_RAW": 20.0,
+    "ESC_TELEMETRY_1_TO_4": 20.0,
+    "GLOBAL_POSITION_INT": 10.0,
+    "LOCAL_POSITION_NED": 10.0,
+    "GPS_RAW_INT": 5.0,
+}
 
-def packets(seconds: float) -> list[tuple[float, bytes]]:
-    """Time of reception (unix) and packet, in order."""
+
+@cache
+def packets(seconds: float, asked: bool = False) -> tuple[tuple[float, bytes], ...]:
+    """Time of reception (unix) and packet, in order. `asked`: with the rates that the gateway asks for."""
+    rates = [ASKED_HZ.get(name, rate_hz) if asked else rate_hz for name, rate_hz, _ in RATES]
     due = sorted(
         (number / rate_hz + 1e-3 * place, name, sender)
-        for place, (name, rate_hz, sender) in enumerate(RATES)
+        for place, ((name, _, sender), rate_hz) in enumerate(zip(RATES, rates, strict=True))
         for number in range(int(seconds * rate_hz))
     )
     senders = {sender: mavlink.MAVLink(None, *sender) for sender in (AUTOPILOT, GROUND, POSITIONING, CAMERA)}
     random = np.random.default_rng(1)
-    return [(START_S + at_s, packed(senders[sender], _message(name, at_s, random))) for at_s, name, sender in due]
+    return tuple(
+        (START_S + at_s, packed(senders[sender], _message(name, at_s, random))) for at_s, name, sender in due
+    )
 
 
 def packed(sender: Any, message: Any) -> bytes:

@@ -11,6 +11,7 @@ from hil_tests.bench.decoding_dronecan import command_blocks, command_frames, st
 from hil_tests.bench.decoding_logs import candump_hilspy, candump_python_can, has_hilspy
 from hil_tests.bench.decoding_mavlink import (
     has_fasttlogparser,
+    mavlink_asked,
     mavlink_bytes,
     mavlink_datagrams,
     tlog,
@@ -23,10 +24,11 @@ from hil_tests.bench.processes import processes, results
 from hil_tests.bench.speed_timing import speed_watch
 from hil_tests.bench.supervisor_timing import supervision
 from hil_tests.bench.tables import timing_table
-from hil_tests.bench.thruster_timing import refit, whole_run
+from hil_tests.bench.thruster_timing import full_refit, refit, whole_run
 from hil_tests.bench.timing import Timing, measure
 
 WORKS = {
+    "full refit": full_refit,
     "refit": refit,
     "whole run": whole_run,
     "speed watch": speed_watch,
@@ -42,6 +44,7 @@ WORKS = {
     "VESC, block": vesc_blocks,
     "candump log": candump_python_can,
     "MAVLink datagrams": mavlink_datagrams,
+    "MAVLink thrusters": mavlink_asked,
     "MAVLink bytes": mavlink_bytes,
     "tlog": tlog,
     "dataflash log": dataflash,
