@@ -11,11 +11,11 @@ from drivers.logs.damage import DamageReport
 from drivers.logs.dataflash import dataflash_clock, read_dataflash
 from drivers.logs.tlog import read_tlog
 from drivers.logs.ulog import read_ulog, ulog_clock
-from drivers.mavlink.forwarded_frames import ForwardedFrames
 from drivers.reading_block import ReadingBlock
 from drivers.readings import IdentityConflict
 from gateway.config import Config
 from gateway.config_sections import MAVLINK, CanBus, Mavlink
+from gateway.forwarded_bus import ForwardedDecoder
 from gateway.replay.log_input import LogInput, LogKind
 from gateway.wiring import can_decoder, mavlink_decoder, mavlink_thrusters
 
@@ -100,14 +100,14 @@ class LogReadings:
 
     def _tlog(self, log: LogInput) -> Blocks:
         """Of the link, and of the bus that the autopilot forwards over it."""
-        config, drops = self._config, Counter[str]()
+        config = self._config
         bus = next((bus for bus in config.can if bus.forwarded), None)
-        forwarded = ForwardedFrames(drops)
+        forwarded = None if bus is None else ForwardedDecoder(bus, config)
         decoder = mavlink_decoder(
             _mavlink_of(config, log),
             config.thruster,
             navigation=config.navigation is not None,
-            can_frames=None if bus is None else forwarded,
+            can_frames=None if forwarded is None else forwarded.frames,
         )
         self._drops[MAVLINK] = decoder.drops
         for readings in read_tlog(log.path, decoder, self.damage[log.path]):
@@ -115,10 +115,10 @@ class LogReadings:
             # the gateway that watched this dive spoke on the link as well: it is no other program with its ids
             heard = [reading for reading in readings if not isinstance(reading, IdentityConflict)]
             yield MAVLINK, ReadingBlock.of(heard)
-            if bus is not None:
-                frames = [one.frame for one in forwarded.take() if str(one.bus) == bus.channel]
-                decoded = [reading for frame in frames for reading in self._decoder(bus).decode(frame)]
-                yield bus.name, ReadingBlock.of(decoded)
+            if bus is not None and forwarded is not None:
+                frames = [one.frame for one in forwarded.frames.take() if str(one.bus) == bus.channel]
+                yield bus.name, ReadingBlock.of(forwarded.decode(frames))
+                self._drops[bus.name] = forwarded.drops()
 
 
 def _mavlink_of(config: Config, log: LogInput) -> Mavlink:

@@ -22,8 +22,10 @@ FloatArray: TypeAlias = NDArray[np.float64]
 
 START_S = 1_700_000_000
 THRUSTERS, RATE_HZ = 8, 50
-# The bus is made for so long and then repeated: it begins and ends with thrusters that stand still.
-PERIOD_S, STILL_S = 360, 6
+# The bus is made for so long and then repeated: it begins and ends in the same steady state.
+PERIOD_S, STEADY_S = 360, 6
+AHEAD = 4  # thrusters: they cruise, the others hold depth and attitude
+CRUISE, CRUISE_SPREAD, HOLD_SPREAD = 0.5, 0.03, 0.8
 DELAY, LAG = 3, 2.5  # samples
 FULL_RPM, NOISE_RPM = 3000.0, 3.0
 SPEED_MPS, CURRENT_MPS = 1.0, 0.2
@@ -54,9 +56,10 @@ rpm = {{ link = "can0", esc_index = {esc_index} }}
 
 
 def write_config(path: Path) -> None:
-    """Four thrusters drive the vehicle ahead, four hold it down."""
+    """Four thrusters drive the vehicle ahead, four hold it down; its speed and its thrusters are watched."""
     thrusters = (
-        THRUSTER.format(number=n + 1, esc_index=n, direction="ahead" if n < 4 else "down") for n in range(THRUSTERS)
+        THRUSTER.format(number=n + 1, esc_index=n, direction="ahead" if n < AHEAD else "down")
+        for n in range(THRUSTERS)
     )
     path.write_text(CONFIG + "".join(thrusters), encoding="utf-8")
 
@@ -94,12 +97,14 @@ def _thruster(number: int) -> tuple[FloatArray, FloatArray]:
     chance = np.random.default_rng(number)
     samples = PERIOD_S * RATE_HZ
     holds = chance.integers(RATE_HZ, 10 * RATE_HZ, samples // RATE_HZ)
-    command = np.repeat(chance.uniform(-0.8, 0.8, len(holds)), holds)[:samples]
-    command[: STILL_S * RATE_HZ] = command[-STILL_S * RATE_HZ :] = 0.0
+    mean, spread = (CRUISE, CRUISE_SPREAD) if number < AHEAD else (0.0, HOLD_SPREAD)
+    command = mean + np.repeat(chance.uniform(-spread, spread, len(holds)), holds)[:samples]
+    command[: STEADY_S * RATE_HZ] = command[-STEADY_S * RATE_HZ :] = mean
     steady = FULL_RPM * np.sign(command) * np.abs(command) ** 0.8
     kept = math.exp(-1.0 / LAG)
-    delayed = np.concatenate([np.zeros(DELAY), steady[:-DELAY]])
-    return command, lfilter([1.0 - kept], [1.0, -kept], delayed) + chance.normal(0.0, NOISE_RPM, samples)
+    delayed = np.concatenate([np.full(DELAY, steady[0]), steady[:-DELAY]]) - steady[0]
+    lagged = steady[0] + lfilter([1.0 - kept], [1.0, -kept], delayed)
+    return command, lagged + chance.normal(0.0, NOISE_RPM, samples)
 
 
 def write_tlog(path: Path, seconds: int) -> int:
