@@ -20,25 +20,25 @@ SYNC = bytes((0x2F, 0x73, 0x13, 0x20, 0x25, 0x0C, 0xBB, 0x12))
 
 NUMBER_BYTES = 2  # of the topic, before its data
 FLAGS, FORMAT, ADD, DATA, SYNCHRONISATION = b"BFADS"
-# least size of each kind
-_SIZES_MIN: Mapping[int, int] = {
-    FLAGS: 40,
-    FORMAT: 4,
-    ADD: 4,
-    DATA: NUMBER_BYTES + 8,  # a time
-    SYNCHRONISATION: len(SYNC),
-    ord("I"): 2,
-    ord("M"): 3,
-    ord("P"): 2,
-    ord("Q"): 3,
-    ord("R"): 2,
-    ord("L"): 9,
-    ord("C"): 11,
-    ord("O"): 2,
-}
-KINDS = bytes(_SIZES_MIN)
-# of those that tell nothing of their size themselves: a parameter, a line of text
+KINDS = b"BFADSIMPQRLCO"
+DATA_SIZE_MIN = NUMBER_BYTES + 8  # a time
+# of what tells nothing of its size itself: a parameter, a line of text
 SIZE_MAX = 10_000
+# what messages of the other kinds begin with, or are: enough that no noise passes for one
+_BODIES: Mapping[int, re.Pattern[bytes]] = {
+    FLAGS: re.compile(rb".{40}", re.DOTALL),
+    FORMAT: re.compile(rb"\w+:[\w\[\]; ]+"),
+    ADD: re.compile(rb".{3}\w+", re.DOTALL),
+    SYNCHRONISATION: re.compile(re.escape(SYNC)),
+    ord("I"): re.compile(rb"[^\0]\w+(\[\d+\])? [\w ]+.*", re.DOTALL),
+    ord("M"): re.compile(rb"[\0\1][^\0]\w+(\[\d+\])? [\w ]+.*", re.DOTALL),
+    ord("P"): re.compile(rb"[^\0](int32_t|float) \w+.*", re.DOTALL),
+    ord("Q"): re.compile(rb".[^\0](int32_t|float) \w+.*", re.DOTALL),
+    ord("R"): re.compile(rb"..", re.DOTALL),
+    ord("L"): re.compile(rb"[0-7].{8}[^\0]*", re.DOTALL),
+    ord("C"): re.compile(rb"[0-7].{10}[^\0]*", re.DOTALL),
+    ord("O"): re.compile(rb"..", re.DOTALL),
+}
 
 _BYTES = {
     "int8_t": 1,
@@ -87,15 +87,9 @@ class Topics:
         self.names[number], self.sizes[number] = name, (sizes[0] + NUMBER_BYTES, sizes[1] + NUMBER_BYTES)
         return number
 
-    def fits(self, kind: int, body: bytes) -> bool:
-        """Whether a message, other than data, can be what it says."""
-        if kind == SYNCHRONISATION:
-            return body == SYNC
-        return _SIZES_MIN.get(kind, SIZE_MAX + 1) <= len(body) <= SIZE_MAX
-
     def fits_data(self, number: int, size: int) -> bool:
         """Whether a message D of a topic can have this size."""
-        least, greatest = self.sizes.get(number, (_SIZES_MIN[DATA], SIZE_MAX))
+        least, greatest = self.sizes.get(number, (DATA_SIZE_MIN, SIZE_MAX))
         return least <= size <= greatest
 
     def nested(self, name: str) -> list[str]:
@@ -129,6 +123,12 @@ class Topics:
         fields = [(match[1], int(match[2] or 1), match[3]) for match in matches if match is not None]
         labels = {label for _, _, label in fields}
         return fields if len(labels) == len(matches) and all(count for _, count, _ in fields) else None
+
+
+def is_message(kind: int, body: bytes) -> bool:
+    """Whether a message, other than data, can be what it says."""
+    pattern = _BODIES.get(kind)
+    return pattern is not None and len(body) <= SIZE_MAX and pattern.fullmatch(body) is not None
 
 
 def message(kind: int, body: bytes) -> bytes:

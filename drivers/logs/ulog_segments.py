@@ -22,6 +22,7 @@ from drivers.logs.ulog_format import (
     KINDS,
     NUMBER_BYTES,
     Topics,
+    is_message,
     message,
 )
 
@@ -86,8 +87,10 @@ class SegmentReader:
 
     def _whole(self, limit: int, last: bool) -> Iterator[bytes]:
         """Messages with wanted data that begin before `limit`."""
-        at: int | None = self._taken - self._offset
-        end = self._end(self._taken - self._offset)
+        # the beginning of long damage may be gone already
+        begin = max(self._taken - self._offset, 0)
+        at: int | None = begin
+        end = self._end(begin)
         while at is not None and at < limit:
             following = None if end is None else self._end(end)
             if end is None or (following is None and not self._may_end(end, last)):
@@ -102,7 +105,7 @@ class SegmentReader:
                 if self._is_wanted(at):
                     yield self._data[at:end]
             else:
-                self._take(kind, self._data[at + HEAD.size : end])
+                self._take(kind, self._data[at + HEAD.size : end], first=self._offset + at == FILE_HEADER_BYTES)
                 following = self._end(end)  # what was announced is known more exactly now
             at, end = end, following
 
@@ -117,7 +120,7 @@ class SegmentReader:
             return None
         if kind == DATA and size >= NUMBER_BYTES:
             return end if self._topics.fits_data(_number(data, at + HEAD.size), size) else None
-        return end if self._topics.fits(kind, data[at + HEAD.size : end]) else None
+        return end if is_message(kind, data[at + HEAD.size : end]) else None
 
     def _may_end(self, at: int, last: bool) -> bool:
         """Whether nothing need follow here."""
@@ -133,8 +136,8 @@ class SegmentReader:
         self._numbers.add(number)
         return number in self._announced
 
-    def _take(self, kind: int, body: bytes) -> None:
-        if kind == FLAGS:
+    def _take(self, kind: int, body: bytes, first: bool) -> None:
+        if kind == FLAGS and first:  # anywhere else it is none
             self._flags(body)
         elif kind == FORMAT:
             self._topics.describe(body)

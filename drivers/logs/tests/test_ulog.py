@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import math
 import struct
+import tracemalloc
 from pathlib import Path
 from typing import Any
 
@@ -201,6 +202,21 @@ def test_all_but_the_neighbours_of_damage_is_read(lost, place, chunk_bytes):
     again = DamageReport()
     list(SegmentReader({"actuator_outputs"}, again, len(log) + 1).segments(io.BytesIO(log)))
     assert (again.records, again.lost, again.places) == (damage.records, damage.lost, damage.places)
+
+
+@pytest.mark.parametrize("filling", [b"\0", b"D", b"\x0a\0D", b"\x28\0B" + bytes(40), bytes(range(256))])
+def test_damage_of_any_length_is_passed_over_in_bounded_memory(tmp_path, filling):
+    parts, lost = dive(4), (filling * 200_000)[:200_000]
+    log = definitions() + parts[0] + parts[1] + lost + parts[2] + parts[3]
+    damage = DamageReport()
+    reader = SegmentReader({"actuator_outputs"}, damage, 50_000)
+    tracemalloc.start()
+    segments = list(reader.segments(io.BytesIO(log)))
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    times = [us for one in segments for us in ULog(io.BytesIO(one)).data_list[0].data["timestamp"].tolist()]
+    assert {1_000_000, 1_030_000} <= set(times) <= {1_000_000, 1_010_000, 1_020_000, 1_030_000}
+    assert peak < 2_000_000
 
 
 def test_a_log_that_was_cut_off_is_read_to_its_end(tmp_path):
