@@ -130,6 +130,24 @@ async def test_frames_that_the_kernel_lost_are_counted(vcan0, peer, monkeypatch)
     assert link.counters["receive buffer overflow"] + link.counters["frames"] == 301
 
 
+async def test_frames_of_can_fd_both_ways(own_vcan):
+    ip_link("set", own_vcan, "down")
+    ip_link("set", own_vcan, "mtu", "72")
+    ip_link("set", own_vcan, "up")
+    marked = [CanFilter(MARK, 0x1FFF_FFFF, True)]
+    link = CanLink("can", "socketcan", own_vcan, marked, Clock(), may_send=marked)
+    with can.Bus(own_vcan, "socketcan", fd=True, ignore_config=True) as peer:
+        async with running(link) as heard:
+            await until(lambda: heard.states, WAIT_S)
+            peer.send(can.Message(arbitration_id=MARK, is_fd=True, data=bytes(range(64))), timeout=5.0)
+            peer.send(can.Message(arbitration_id=MARK, data=b"classic"), timeout=5.0)
+            await until(lambda: len(heard.frames) == 2, WAIT_S)
+            assert link.send(CanFrame(0.0, MARK, bytes(48), fd=True))
+            message = await asyncio.to_thread(peer.recv, WAIT_S)
+    assert [(frame.data, frame.fd) for frame in heard.frames] == [(bytes(range(64)), True), (b"classic", False)]
+    assert (message.arbitration_id, message.is_fd, len(message.data)) == (MARK, True, 48)
+
+
 # The interface itself goes away
 
 
