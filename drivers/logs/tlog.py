@@ -36,18 +36,9 @@ def read_tlog(path: Path, decoder: MavlinkDecoder, damage: DamageReport) -> Iter
         OSError: the file cannot be read.
         ValueError: it is no MAVLink log, or one without times; an empty one, or one of zeros, has no readings.
     """
-    walk = RecordWalk(decoder.take, decoder.wanted, decoder.drops, damage)
     with path.open("rb") as file:
-        head = file.read(CHUNK_BYTES)
-        _check(path, head)
-        chunk, rest, begin = head, b"", 0
-        while chunk:
-            following = file.read(CHUNK_BYTES)
-            buffer = rest + chunk
-            readings: list[Reading] = []
-            done = walk.read(buffer, begin, readings, last=not following)
-            rest, begin, chunk = buffer[done:], begin + done, following
-            yield readings
+        _check(path, file.read(CHUNK_BYTES))
+    return _batches(path, decoder, damage)
 
 
 def _check(path: Path, head: bytes) -> None:
@@ -55,3 +46,16 @@ def _check(path: Path, head: bytes) -> None:
         raise ValueError(f"{path}: want a MAVLink log (.tlog), this is a MAVLink stream without times")
     if head.strip(b"\0") and not begins_as_record(head):
         raise ValueError(f"{path}: want a MAVLink log (.tlog), this is {looks_like(head)}")
+
+
+def _batches(path: Path, decoder: MavlinkDecoder, damage: DamageReport) -> Iterator[list[Reading]]:
+    walk = RecordWalk(decoder.take, decoder.wanted, decoder.drops, damage)
+    with path.open("rb") as file:
+        chunk, rest, begin = file.read(CHUNK_BYTES), b"", 0
+        while chunk:
+            following = file.read(CHUNK_BYTES)
+            buffer = rest + chunk
+            readings: list[Reading] = []
+            done = walk.read(buffer, begin, readings, last=not following)
+            rest, begin, chunk = buffer[done:], begin + done, following
+            yield readings

@@ -166,7 +166,7 @@ def test_a_log_of_one_record_and_one_of_a_part_of_it(tmp_path):
 
 def test_a_file_that_is_not_there():
     with pytest.raises(OSError, match="nothing"):
-        list(read_tlog(Path("nothing.tlog"), decoder(), DamageReport()))
+        read_tlog(Path("nothing.tlog"), decoder(), DamageReport())
 
 
 # Damage -------------------------------------------------------------------------------------------
@@ -270,6 +270,15 @@ def test_a_machine_that_believes_it_is_1970(tmp_path):
     readings, damage = read(tmp_path, b"".join(log(start_us=30_000_000)))
     assert len(readings) == 20
     assert damage.lines() == []
+
+
+def test_logs_longer_than_what_is_read_at_a_time(tmp_path, monkeypatch):
+    monkeypatch.setattr("drivers.logs.tlog.CHUNK_BYTES", 1000)
+    records = log(400)
+    records[200:200] = [b"garbage" * 50]
+    readings, damage = read(tmp_path, b"".join(records))
+    assert len(readings) == damage.records == 400
+    assert damage.lost == {"bytes outside records": 350}
 
 
 # Anything -----------------------------------------------------------------------------------------
