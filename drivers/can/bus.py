@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Any, NoReturn
 
-from drivers.can.error_frame import BusCondition, condition
+from drivers.can.bus_state import BusState
 from drivers.can.frame import CanFilter, CanFrame
 from drivers.can.frame_block import ERROR, FrameBlock
 from drivers.can.hanging import in_thread
@@ -21,15 +21,6 @@ BACK_OFF_FIRST_S = 0.1
 BACK_OFF_MAX_S = 2.0
 # an adapter that no longer answers is not waited for
 CLOSE_S = 0.5
-
-# What a condition means for the link: (up, detail). Other conditions are counted only.
-_STATES = {
-    BusCondition.BUS_OFF: (False, "bus-off (back by restart-ms only)"),
-    BusCondition.RESTARTED: (True, ""),
-    BusCondition.ACTIVE: (True, ""),
-    BusCondition.PASSIVE: (True, BusCondition.PASSIVE.value),
-    BusCondition.WARNING: (True, BusCondition.WARNING.value),
-}
 
 OnFrames = Callable[[FrameBlock], None]
 OnState = Callable[[LinkState], None]
@@ -84,7 +75,7 @@ class CanLink:
         self._clock = clock
         self._open_port = open_port or port_opener(interface, channel, **options)
         self._port: CanPort | None = None
-        self._state: tuple[bool, str] | None = None
+        self._state = BusState(self.counters)
 
     async def run(self, on_frames: OnFrames, on_state: OnState) -> NoReturn:
         """Read for ever; both callbacks are called in the event loop's thread.
@@ -140,27 +131,10 @@ class CanLink:
 
     def _data_frames(self, frames: FrameBlock, on_state: OnState) -> FrameBlock:
         """The block without its error frames; what they say is counted and reported."""
+        for change in self._state.changes(frames):
+            on_state(LinkState(self._clock.now(), self.name, change.up, change.detail))
         errors = frames.kind & ERROR != 0
-        if errors.any():
-            for frame in frames.frames():
-                self._look_at(frame, on_state)
-            return frames.part(~errors)
-        self._alive(on_state)
-        return frames
-
-    def _look_at(self, frame: CanFrame, on_state: OnState) -> None:
-        if not frame.error:
-            self._alive(on_state)
-            return
-        said = condition(frame)
-        self.counters[said.value] += 1
-        if said in _STATES:
-            self._report(on_state, *_STATES[said])
-
-    def _alive(self, on_state: OnState) -> None:
-        """Data frames come: some drivers restart after bus-off without a word."""
-        if self._state is not None and not self._state[0]:
-            self._report(on_state, True, "")
+        return frames.part(~errors) if errors.any() else frames
 
     def _allowed(self) -> str:
         if not self._may_send:
@@ -168,8 +142,7 @@ class CanLink:
         return "want " + ", ".join(f"{one.identifier:#x} under mask {one.mask:#x}" for one in self._may_send)
 
     def _report(self, on_state: OnState, up: bool, detail: str) -> None:
-        if self._state != (up, detail):
-            self._state = up, detail
+        if self._state.becomes(up, detail):
             on_state(LinkState(self._clock.now(), self.name, up, detail))
 
     async def _close(self) -> None:

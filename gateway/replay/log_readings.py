@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 
-from drivers.can.decoder import CanDecoder
 from drivers.logs.can_log import open_can_log
 from drivers.logs.damage import DamageReport
 from drivers.logs.dataflash import dataflash_clock, read_dataflash
@@ -16,8 +15,9 @@ from drivers.readings import IdentityConflict
 from gateway.config import Config
 from gateway.config_sections import MAVLINK, CanBus, Mavlink
 from gateway.forwarded_bus import ForwardedDecoder
+from gateway.replay.bus_readings import BusReadings
 from gateway.replay.log_input import LogInput, LogKind
-from gateway.wiring import can_decoder, mavlink_decoder, mavlink_thrusters
+from gateway.wiring import mavlink_decoder, mavlink_thrusters
 
 Blocks = Iterator[tuple[str, ReadingBlock]]
 
@@ -42,14 +42,14 @@ class LogReadings:
         self.damage = {log.path: DamageReport() for log in logs}
         self.unused: Counter[str] = Counter()
         self._drops: dict[str, Counter[str]] = {}
-        self._decoders: dict[str, CanDecoder] = {}
+        self._read: dict[str, BusReadings] = {}
         self._buses: dict[str, CanBus | None] = {}
         for log in logs:
             _check(log, config)
 
     def drops(self) -> dict[str, Counter[str]]:
-        """What the decoders threw away, by link and cause."""
-        return self._drops | {name: decoder.drops for name, decoder in self._decoders.items()}
+        """What was thrown away, and what was wrong with a bus, by link and cause."""
+        return self._drops | {name: bus.drops() for name, bus in self._read.items()}
 
     def again(self) -> LogReadings:
         """The same logs, unread."""
@@ -77,17 +77,17 @@ class LogReadings:
             if bus is None:
                 self.unused[interface] += len(frames)
             else:
-                yield bus.name, self._decoder(bus).decode_block(frames)
+                yield bus.name, self._readings_of(bus).decode(frames)
 
     def _bus(self, interface: str, log: LogInput) -> CanBus | None:
         if interface not in self._buses:
             self._buses[interface] = _bus_of(interface, log, self._config)
         return self._buses[interface]
 
-    def _decoder(self, bus: CanBus) -> CanDecoder:
-        if bus.name not in self._decoders:
-            self._decoders[bus.name] = can_decoder(bus, self._config.thruster)
-        return self._decoders[bus.name]
+    def _readings_of(self, bus: CanBus) -> BusReadings:
+        if bus.name not in self._read:
+            self._read[bus.name] = BusReadings(bus, self._config)
+        return self._read[bus.name]
 
     def _mavlink(self, log: LogInput) -> Blocks:
         if log.kind is LogKind.TLOG:

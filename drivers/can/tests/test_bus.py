@@ -1,13 +1,17 @@
 """A link over python-can's virtual bus, and over a port of our own contract that fails on command."""
 
 import asyncio
+from collections import Counter
 from dataclasses import dataclass, field
 
 import can
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import drivers.can.bus as bus_module
 from drivers.can.bus import CanLink
+from drivers.can.bus_state import BusState
 from drivers.can.frame import CanFilter, CanFrame
 from drivers.can.frame_block import FrameBlock
 from drivers.can.port import CanPortError
@@ -288,3 +292,35 @@ async def test_the_configuration_of_python_can_is_not_read(monkeypatch, tmp_path
         await asyncio.sleep(0.02)
     assert heard.states == [(True, "")]
     assert heard.frames == []
+
+
+# The state that frames tell, whatever they come from
+
+
+def changes(*blocks):
+    counters = Counter()
+    state = BusState(counters)
+    told = [(one.row, one.up, one.detail) for block in blocks for one in state.changes(FrameBlock.of(block))]
+    return told, counters
+
+
+def test_a_block_tells_each_change_where_it_is():
+    told, counters = changes([DATA, PASSIVE, PASSIVE, DATA, BUS_OFF, BUS_OFF, DATA, DATA], [DATA], [BUS_OFF], [DATA])
+    bus_off = "bus-off (back by restart-ms only)"
+    assert told == [
+        (1, True, "error passive"),
+        (4, False, bus_off),
+        (6, True, ""),
+        (0, False, bus_off),
+        (0, True, ""),
+    ]
+    assert counters == {"error passive": 2, "bus-off": 3}
+
+
+@given(st.lists(st.sampled_from([DATA, PASSIVE, BUS_OFF, RESTARTED]), min_size=1, max_size=20), st.data())
+def test_the_state_does_not_depend_on_how_frames_are_cut(frames, data):
+    cut = data.draw(st.integers(1, len(frames)))
+    whole, counters = changes(frames)
+    parts, same = changes(frames[:cut], *([frames[cut:]] if frames[cut:] else []))
+    assert [one[1:] for one in parts] == [one[1:] for one in whole]
+    assert same == counters
