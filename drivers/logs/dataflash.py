@@ -25,7 +25,7 @@ from drivers.logs.dataflash_vehicle import DataflashVehicle
 from drivers.logs.heartbeats import Heartbeats, StateChange
 from drivers.logs.kinds import HEAD_BYTES, looks_like
 from drivers.logs.plausible import IndexArray, Mask, refuse
-from drivers.logs.stamped import DISORDER_S, Stamped, TimeOrder, credible
+from drivers.logs.stamped import DISORDER_S, Stamped, TimeOrder, credible, reached_s
 from drivers.mavlink.thrusters import MavlinkThruster
 from drivers.readings import Reading
 
@@ -103,7 +103,7 @@ class _Reader:
         self._vehicle = DataflashVehicle(known.clock, damage)
         self._sensors = DataflashSensors(known.clock, damage) if navigation else None
         self._heartbeats = Heartbeats(known.system_id, MAV_AUTOPILOT_ARDUPILOT, known.vehicle_type, known.armed)
-        self._order = TimeOrder()
+        self._order = TimeOrder(damage)
         self._stamps_s = np.empty(0)
 
     def batches(self) -> Iterator[list[Reading]]:
@@ -114,10 +114,10 @@ class _Reader:
         yield self._order.rest()
 
     def _batch(self, part: dict[str, Records]) -> list[Reading]:
-        newest_s = max((float(one.boot_s.max()) for one in part.values() if len(one)), default=None)
-        if newest_s is None:
+        boot_s = np.concatenate([np.empty(0), *(one.boot_s for one in part.values())])
+        if not len(boot_s):
             return []
-        until_s = newest_s + self._offset_s
+        until_s = reached_s(boot_s) + self._offset_s
         stamped = [*self._stamped(part), self._heartbeats.take(self._changes(part), until_s)]
         return self._order.take(stamped, until_s - DISORDER_S)
 

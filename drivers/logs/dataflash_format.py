@@ -47,6 +47,7 @@ _KINDS: dict[str, tuple[str, float]] = {
     "Z": ("S64", 0.0),
     "a": ("V64", 0.0),  # 32 samples of 16 bits
 }
+_HEAD = "head"  # no field has this name
 _DESCRIPTION = struct.Struct("<BB4s16s64s")
 
 
@@ -78,9 +79,9 @@ class RecordFormat:
         name, kinds, names = (_text(text) for text in texts)
         columns = names.split(",")
         possible = name.isalnum() and kinds and all(kind in _KINDS for kind in kinds)
-        if not possible or len(set(columns)) != len(kinds):
+        if not possible or len(columns) != len(kinds) or len({_HEAD, "", *columns}) != len(kinds) + 2:
             return None
-        fields = [("head", f"V{HEAD_BYTES}"), *((name, _KINDS[k][0]) for name, k in zip(columns, kinds, strict=True))]
+        fields = [(_HEAD, f"V{HEAD_BYTES}"), *((name, _KINDS[k][0]) for name, k in zip(columns, kinds, strict=True))]
         dtype = np.dtype(fields)
         divisors = {name: _KINDS[kind][1] for name, kind in zip(columns, kinds, strict=True)}
         return RecordFormat(number, name, dtype, divisors) if dtype.itemsize == length else None
@@ -113,7 +114,8 @@ class Records:
 
     def numbers(self, name: str) -> FloatArray:
         """(N,) a field in the unit that its name is documented in."""
-        column: FloatArray = self.rows[name].astype(np.float64)
+        with np.errstate(invalid="ignore"):  # of the many NaN, numpy warns of some
+            column: FloatArray = self.rows[name].astype(np.float64)
         return column / self.format.divisors[name]
 
     def columns(self, *names: str) -> FloatArray:

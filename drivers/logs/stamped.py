@@ -9,6 +9,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from drivers.logs.damage import DamageReport
 from drivers.readings import Reading
 
 FloatArray: TypeAlias = NDArray[np.float64]
@@ -19,6 +20,7 @@ Mask: TypeAlias = NDArray[np.bool_]
 DISORDER_S = 1.0
 LEAP_S = 5.0
 NEIGHBOURS = 2  # on either side
+NEARLY_ALL = 0.98
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,9 +39,15 @@ class Stamped:
 
 
 class TimeOrder:
-    """Readings in any order in, in that of their times out: what may still be overtaken is held back."""
+    """Readings in any order in, in that of their times out: what may still be overtaken is held back.
 
-    def __init__(self) -> None:
+    Args:
+        damage: told what comes too late all the same.
+    """
+
+    def __init__(self, damage: DamageReport) -> None:
+        self._damage = damage
+        self._given_s = -np.inf
         self._held = Stamped(np.empty(0), np.empty(0, dtype=np.intp), [])
 
     def take(self, parts: Iterable[Stamped], until_s: float) -> list[Reading]:
@@ -51,13 +59,23 @@ class TimeOrder:
         order = np.lexsort((place, time_s))
         time_s, place = time_s[order], place[order]
         readings = [readings[index] for index in order.tolist()]
+        late = int(np.searchsorted(time_s, self._given_s))
+        if late:
+            self._damage.add("implausible time", f"{time_s[0]:.3f} s", late)
+            time_s, place, readings = time_s[late:], place[late:], readings[late:]
         due = int(np.searchsorted(time_s, until_s, side="right"))
         self._held = Stamped(time_s[due:], place[due:], readings[due:])
+        self._given_s = max(self._given_s, until_s)
         return readings[:due]
 
     def rest(self) -> list[Reading]:
         """What is still held back."""
         return self.take((), np.inf)
+
+
+def reached_s(time_s: FloatArray) -> float:
+    """How far (N,) stamps of a part of a log go, N > 0; a few that are wrong, but not by much, do not count."""
+    return float(np.quantile(time_s, NEARLY_ALL))
 
 
 def credible(time_s: FloatArray) -> Mask:

@@ -18,7 +18,7 @@ from drivers.logs.damage import DamageReport
 from drivers.logs.heartbeats import Heartbeats, StateChange
 from drivers.logs.kinds import HEAD_BYTES, looks_like
 from drivers.logs.plausible import refuse_at
-from drivers.logs.stamped import DISORDER_S, Stamped, TimeOrder, credible
+from drivers.logs.stamped import DISORDER_S, Stamped, TimeOrder, credible, reached_s
 from drivers.logs.ulog_format import MAGIC
 from drivers.logs.ulog_segments import SegmentReader
 from drivers.logs.ulog_survey import STATUS, Survey, survey
@@ -111,7 +111,7 @@ class _Reader:
         has_rates = "vehicle_angular_velocity" in known.names
         self._vehicle = UlogVehicle(known.clock, damage, navigation, has_rates)
         self._heartbeats = Heartbeats(known.system_id, MAV_AUTOPILOT_PX4, known.vehicle_type)
-        self._order = TimeOrder()
+        self._order = TimeOrder(damage)
 
     def batches(self, file: BinaryIO) -> Iterator[list[Reading]]:
         wanted = {*ulog_thrusters.WANTED, *ulog_vehicle.WANTED, STATUS} - self._unwanted
@@ -120,10 +120,10 @@ class _Reader:
         yield self._order.rest()
 
     def _batch(self, topics: Sequence[Topic]) -> list[Reading]:
-        newest_s = max((float(topic.boot_s.max()) for topic in topics if len(topic)), default=None)
-        if newest_s is None:
+        boot_s = np.concatenate([np.empty(0), *(topic.boot_s for topic in topics)])
+        if not len(boot_s):
             return []
-        until_s = newest_s + self._offset_s
+        until_s = reached_s(boot_s) + self._offset_s
         stamped = [*self._stamped(topics), self._heartbeats.take(self._changes(topics), until_s)]
         return self._order.take(stamped, until_s - DISORDER_S)
 

@@ -43,7 +43,8 @@ class Topic:
 
     def numbers(self, name: str) -> FloatArray:
         """(N,) a field."""
-        return self.fields[name].astype(np.float64)
+        with np.errstate(invalid="ignore"):  # of the many NaN, numpy warns of some
+            return self.fields[name].astype(np.float64)
 
     def columns(self, *names: str) -> FloatArray:
         """(N, number of names) several fields."""

@@ -203,6 +203,14 @@ def test_what_cannot_be_is_counted(tmp_path, value):
     assert causes <= set(damage.lost) <= causes | {"implausible speed"}
 
 
+def test_no_kind_of_nan_is_a_warning(tmp_path):
+    signalling = bytearray(record("RATE", 1_000_000))
+    signalling[15:19] = b"\x01\x00\x80\x7f"  # R
+    readings, damage = read_with_damage(tmp_path, bytes(signalling), record("ATT", 1_000_000))
+    assert readings == []
+    assert damage.lost == {"attitude without rates": 1}
+
+
 def test_gps_tells_the_time(tmp_path):
     # week 2300, one day: 2024-02-05 00:00:00 GPS time, 18 s before that in UTC
     fix = record("GPS", 1_000_000, 0, 3, 86_400_000, 2300, 12, 1.0, 45.0, 8.0, -3.0)

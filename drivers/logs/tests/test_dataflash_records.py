@@ -134,9 +134,16 @@ def test_a_log_that_lost_its_beginning_is_read_by_the_descriptions_that_follow(t
 def test_a_type_that_is_described_wrongly_is_no_type():
     good = description("RCOU")
     assert RecordFormat.described_by(good) is not None
-    for place, byte in ((4, 200), (9, ord("?")), (30, ord(","))):  # length, kind of a field, its name
+    for place, what in (
+        (4, b"\xc8"),  # length
+        (9, b"?"),  # kind of a field
+        (30, b","),  # name of a field
+        (28, b"C1,C1"),  # the same twice
+        (28, b",,,"),
+        (25, b"head,"),
+    ):
         bad = bytearray(good)
-        bad[place] = byte
+        bad[place : place + len(what)] = what
         assert RecordFormat.described_by(bytes(bad)) is None
 
 

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drivers.logs.boot_clock import BY_GPS, BootClock
+from drivers.logs.damage import DamageReport
 from drivers.logs.heartbeats import Heartbeats, StateChange
 from drivers.logs.kinds import looks_like
 from drivers.logs.stamped import Newest, Stamped, TimeOrder, credible
@@ -25,8 +26,9 @@ def stamped(*times_s: float) -> Stamped:
 @given(
     st.lists(st.tuples(st.lists(st.floats(0.0, 9.0), max_size=6), st.floats(0.0, 9.0)), max_size=6),
 )
-def test_all_come_out_once_and_what_is_due_in_order(parts):
-    order, given_s, taken_s = TimeOrder(), [], []
+def test_all_come_out_once_and_in_order_or_are_counted(parts):
+    damage = DamageReport()
+    order, given_s, taken_s = TimeOrder(damage), [], []
     for times_s, until_s in parts:
         due = [reading.time_s for reading in order.take([stamped(*times_s)], until_s)]
         assert due == sorted(due)
@@ -34,7 +36,8 @@ def test_all_come_out_once_and_what_is_due_in_order(parts):
         given_s += due
         taken_s += times_s
     given_s += [reading.time_s for reading in order.rest()]
-    assert sorted(given_s) == sorted(taken_s)
+    assert given_s == sorted(given_s)
+    assert len(given_s) + sum(damage.lost.values()) == len(taken_s)
     assert order.rest() == []
 
 
