@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from detectors.verdict import Level
 from drivers.reading_block import CommandColumns, ReportColumns
-from drivers.readings import Reading, ThrusterCommand, ThrusterReport
+from drivers.readings import LinkState, Reading, ThrusterCommand, ThrusterReport
 from gateway.channel import Aligned, Channel, Judgement, Source
 from gateway.silence import SilenceWatch
 from gateway.speed_channel import SpeedChannel
@@ -36,6 +36,7 @@ FloatArray: TypeAlias = NDArray[np.float64]
 Taken: TypeAlias = tuple[tuple[Channel[Any], Aligned], ...]
 Single: TypeAlias = tuple[int, str, Reading]  # rank, link, reading
 Said: TypeAlias = Iterable[Any]
+_Judged: TypeAlias = tuple[ThrusterChannel, JudgedColumns, IndexArray]  # and the rank of each judgement
 Happening: TypeAlias = tuple[int, Callable[[], Said]]  # rank of the reading, what then happens
 
 _NOTHING: tuple[()] = ()
@@ -115,8 +116,12 @@ class _Track:
         due: interval of the next that may be; None: none may.
     """
 
-    def __init__(self, subject: str, judged: JudgedColumns, rank: IndexArray, interval: IndexArray) -> None:
-        self.subject, self._judged = subject, judged
+    def __init__(
+        self, channel: ThrusterChannel, judged: JudgedColumns, rank: IndexArray, interval: IndexArray
+    ) -> None:
+        self.subject, self._judged = channel.subject, judged
+        if len(rank):
+            channel.newest = judged.judgement(len(rank) - 1)
         self._rank, self._interval = rank.tolist(), interval.tolist()
         level = judged.verdicts.level
         self._others = {calm: np.flatnonzero(level != calm).tolist() for calm in (Level.UNKNOWN, Level.NORMAL)}
@@ -161,19 +166,21 @@ def _aligned(stretch: Stretch, parts: Parts, interval: IndexArray) -> tuple[list
     """All readings through alignment and detectors: thrusters' as columns, the others one by one."""
     columns = _routed(stretch, parts)
     singles = _singles(stretch, parts)
-    tracks: list[_Track] = []
+    judged: list[_Judged] = []
     taken: defaultdict[int, list[tuple[Channel[Any], Aligned]]] = defaultdict(list)
     heard: dict[int, Single] = {single[0]: single for single in stretch.others}
     for channel in parts.channels:
         several, few = columns[channel.subject], singles[channel.subject]
-        track = None if few else _track(channel, several, interval)
-        if track is not None:
-            tracks.append(track)
+        whole = None if few else _judged(channel, several)
+        if whole is not None:
+            judged.append(whole)
             continue
         for single, aligned in _one_by_one(channel, several, few):
             taken[single[0]].append((channel, aligned))
             heard[single[0]] = single
         channel.judge()
+    # only now, for it waits for the detectors, which may be in other processes
+    tracks = [_Track(channel, columns, rank, interval[rank]) for channel, columns, rank in judged]
     return tracks, [
         (rank, partial(parts.hear, link, reading, tuple(taken[rank]))) for rank, link, reading in heard.values()
     ]
@@ -243,8 +250,8 @@ def _singles(stretch: Stretch, parts: Parts) -> defaultdict[str, list[Single]]:
     return routed
 
 
-def _track(channel: Channel[Any], several: Sequence[RankedColumns], interval: IndexArray) -> _Track | None:
-    """A thruster's judgements, where its readings may be taken as columns."""
+def _judged(channel: Channel[Any], several: Sequence[RankedColumns]) -> _Judged | None:
+    """A thruster's judgements, and the ranks of their readings, where those may be taken as columns."""
     if not (several and isinstance(channel, ThrusterChannel)):
         return None
     empty = np.empty(0)
@@ -257,10 +264,7 @@ def _track(channel: Channel[Any], several: Sequence[RankedColumns], interval: In
         else:
             reports, report_rank = one.columns, one.rank
     judged = channel.judge_columns(commands, reports, np.searchsorted(command_rank, report_rank))
-    if judged is None:
-        return None
-    rank = report_rank[judged.samples.report]
-    return _Track(channel.subject, judged, rank, interval[rank])
+    return None if judged is None else (channel, judged, report_rank[judged.samples.report])
 
 
 # Hearing --------------------------------------------------------------------------------------------
@@ -268,9 +272,11 @@ def _track(channel: Channel[Any], several: Sequence[RankedColumns], interval: In
 
 def _hearings(stretch: Stretch, parts: Parts, interval: IndexArray, tracked: Collection[str]) -> Iterator[Happening]:
     """What the silence watch hears: links, and the signals of what was taken as columns."""
+    spoken = np.ones(len(stretch.time_s), dtype=bool)  # but for what the driver says of a link
+    spoken[[rank for rank, _, reading in stretch.others if isinstance(reading, LinkState)]] = False
     for number, link in enumerate(stretch.links):
         hear = partial(parts.silence.hear_link, link)
-        rank = np.flatnonzero(stretch.link == number)
+        rank = np.flatnonzero((stretch.link == number) & spoken)
         yield from _heard(hear, rank, stretch.time_s[rank], interval[rank], parts.silence.patience_s(link))
     for one in stretch.columns:
         for channel in parts.routes.get(one.source, ()):

@@ -133,16 +133,14 @@ class ThrusterChannel(Channel[ThrusterSample]):
         """Takes a stretch of its readings, as `align_columns` does, and judges the samples that they complete.
 
         Returns:
-            None, and nothing was taken, where they have to be taken one by one.
+            None, and nothing was taken, where they have to be taken one by one. `newest` is for the caller to set: the
+            detector may still be at work.
         """
         samples = align_columns(self._aligner, commands, reports, commands_before)
         if samples is None:
             return None
         columns = (samples.time_s, samples.command, samples.speed_rpm, samples.voltage_v, samples.current_a)
-        judged = JudgedColumns(self._number, samples, self._detector.run(*columns))
-        if len(samples):
-            self.newest = judged.judgement(len(samples) - 1)
-        return judged
+        return JudgedColumns(self._number, samples, self._detector.run(*columns))
 
     def signal_of(self, kind: type[Reading], measured: bool) -> str | None:
         """The watched signal that a reading belongs to; `measured`: it has a speed."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -96,7 +97,7 @@ def _replayed(
                 if finding.severity <= least:
                     _print(bar.console, finding)
 
-        return replay_logs(config, timed, out / FINDINGS, show)
+        return replay_logs(config, timed, out / FINDINGS, show, jobs=os.cpu_count() or 1)
 
 
 def _offsets_s(offsets: tuple[str, ...], logs: Sequence[LogInput]) -> dict[Path, float]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from itertools import groupby
 from pathlib import Path
@@ -16,9 +17,11 @@ from gateway.findings import Finding, FindingsFile
 from gateway.outlet import NOTES
 from gateway.pipeline import Factories, Pipeline
 from gateway.replay.clocks import TimedLog
+from gateway.replay.detector_processes import detector_processes
 from gateway.replay.log_input import LogInput
 from gateway.replay.log_readings import LogReadings
 from gateway.replay.merging import stretches
+from gateway.replay.prefetch import prefetched
 from gateway.summary import worst_first
 
 
@@ -101,6 +104,7 @@ def replay(
     findings: Path,
     progress: Callable[[Progress], None] = lambda _: None,
     factories: Factories | None = None,
+    jobs: int = 1,
 ) -> ReplayResult:
     """Has the pipeline judge the logs, and writes what it finds.
 
@@ -110,15 +114,21 @@ def replay(
         findings: file for them; one that is there is replaced.
         progress: hears how far it is.
         factories: makes the detectors; None: the real ones.
+        jobs: processes for the detectors of thrusters, where the real ones are made; 1: they are in this one.
 
     Raises:
         OSError: a log cannot be read, or the findings cannot be written.
         ValueError: a log is not what its name says, or two logs are of one link.
     """
     findings.unlink(missing_ok=True)
-    pipeline, result = Pipeline(_without_plots(config), factories), ReplayResult()
-    with threadpool_limits(limits=1, user_api="blas"), FindingsFile(findings) as file:
-        for arrivals in stretches(logs):
+    result = ReplayResult()
+    with (
+        threadpool_limits(limits=1, user_api="blas"),
+        FindingsFile(findings) as file,
+        _factories(factories, min(jobs, len(config.thruster))) as made_by,
+    ):
+        pipeline = Pipeline(_without_plots(config), made_by)
+        for arrivals in prefetched(stretches(logs)):
             found = [one for one in pipeline.take_stretch(arrivals) if isinstance(one, Finding)]
             for finding in found:
                 file.append(finding)
@@ -127,8 +137,17 @@ def replay(
             result.end_s = max([*times_s, result.begin_s if result.end_s is None else result.end_s])
             result.findings += Counter(one.level.name for one in found if one.detector not in NOTES)
             progress(Progress(result.duration_s, found))
-    _account(result, pipeline, logs)
+        _account(result, pipeline, logs)
     return result
+
+
+@contextmanager
+def _factories(given: Factories | None, jobs: int) -> Iterator[Factories]:
+    if given is not None or jobs <= 1:
+        yield given or Factories()
+        return
+    with detector_processes(jobs) as make:
+        yield Factories(thruster=make)
 
 
 def _without_plots(config: Config) -> Config:

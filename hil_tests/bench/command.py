@@ -9,7 +9,7 @@ import click
 from click.core import ParameterSource
 from rich.console import Console
 
-from hil_tests.bench import live, navigation, speed, supervisor, thruster
+from hil_tests.bench import live, navigation, replay, speed, supervisor, thruster
 from hil_tests.bench.figures import console_beside, shared_options, write
 from hil_tests.bench.navigation_measure import Options as NavigationOptions
 from hil_tests.bench.works import time_works, timing
@@ -21,6 +21,7 @@ PARTS: dict[str, Callable[[int, Console], Any]] = {
     "navigation": lambda jobs, console: navigation.measure(NavigationOptions(), jobs, console),
     "supervisor": lambda _, console: supervisor.measure(supervisor.CHANGES, console),
     "live": lambda _, console: live.measure(live.FEW_SECONDS, console),
+    "replay": lambda jobs, console: replay.measure(replay.FEW_MINUTES, jobs, console),
     "timing": lambda _, console: time_works(console),
 }
 
@@ -43,5 +44,13 @@ def bench(context: click.Context, *, jobs: int, json_file: str | None) -> None:
         )
 
 
-for part in (thruster.thruster, speed.speed, navigation.navigation, supervisor.supervisor, live.live, timing):
+for part in (
+    thruster.thruster,
+    speed.speed,
+    navigation.navigation,
+    supervisor.supervisor,
+    live.live,
+    replay.replay,
+    timing,
+):
     bench.add_command(part)
