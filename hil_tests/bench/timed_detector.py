@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from detectors.thruster import ThrusterConfig, ThrusterSample, ThrusterVerdict
 from detectors.thruster.sample import FaultKind
@@ -67,6 +67,10 @@ class TimedDetector:
 class _Verdicts:
     def __init__(self, verdicts: list[ThrusterVerdict]) -> None:
         self._verdicts = verdicts
+
+    @property
+    def level(self) -> NDArray[np.int64]:
+        return np.array([one.level for one in self._verdicts], dtype=np.int64)
 
     def row(self, index: int) -> ThrusterVerdict:
         return self._verdicts[index]
