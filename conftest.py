@@ -8,6 +8,11 @@ import os
 from contextlib import ExitStack
 
 import pytest
+from hypothesis import settings
+
+# machines are shared: that an example takes long is no fault of the code
+settings.register_profile("shared machine", deadline=None)
+settings.load_profile("shared machine")
 
 # small matrices: on a busy machine BLAS's threads wait for each other more than they work; set before numpy comes in
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
