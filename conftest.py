@@ -10,10 +10,6 @@ from contextlib import ExitStack
 import pytest
 from hypothesis import settings
 
-# machines are shared: that an example takes long is no fault of the code
-settings.register_profile("shared machine", deadline=None)
-settings.load_profile("shared machine")
-
 # small matrices: on a busy machine BLAS's threads wait for each other more than they work; set before numpy comes in
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
@@ -21,6 +17,10 @@ from hil_tests.vcan.guest_tests import REPORT_OPTION, GuestTests, write_report
 from hil_tests.vcan.interface import has_vcan
 from hil_tests.vcan.kernel import MachineUnavailableError, guest_kernel
 from hil_tests.vcan.machine import MachineError
+
+# machines are shared: that an example takes long is no fault of the code
+settings.register_profile("shared machine", deadline=None)
+settings.load_profile("shared machine")
 
 
 def pytest_addoption(parser):
