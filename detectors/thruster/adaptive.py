@@ -22,13 +22,14 @@ from detectors.thruster.assessment import (
 )
 from detectors.thruster.config import ThrusterConfig
 from detectors.thruster.evidence import NEWEST, REACH
-from detectors.thruster.history import ROWS, SPEED, TRUSTED, History
-from detectors.thruster.identification import learn
+from detectors.thruster.history import COMMAND, ROWS, SPEED, TRUSTED, History
+from detectors.thruster.identification import learn, learnt_range
 from detectors.thruster.judgement import Judgement
-from detectors.thruster.model import ThrusterModel
+from detectors.thruster.model import NEAR_NEUTRAL, ThrusterModel
 from detectors.thruster.sample import FaultKind
+from detectors.thruster.schedule import Schedule
 from detectors.thruster.search import search_named
-from detectors.thruster.statement import kinds, levels, worn_kind
+from detectors.thruster.statement import KIND, kinds, levels, with_wear
 from detectors.thruster.tracking import SPEED_MIN, Track, Tracker
 from detectors.thruster.wear import CommissionedCurve, commission, wear, wider
 from detectors.thruster.window import window_of
@@ -39,13 +40,11 @@ FloatArray = NDArray[np.float64]
 HELD_BACK = 20  # newest samples that are not learnt from: a fault that is just being found is not learnt
 BLOCK = 256  # samples that are judged at once at most
 BEFORE_FOUND = 60  # samples before a fault was found that may belong to it
-CALM = 0.8  # the model is not learnt anew while the score is above this ...
-POSTPONE, POSTPONE_MAX = 25, 8  # ... but this many samples later, so many times at most
 MATURE = 2  # warm-ups before a curve is taken for the commissioned one
-INTERVAL_MIN, INTERVAL_MAX = 50, 300  # samples from learning to learning
-STAGGER = 17  # samples
-RETRY = 50  # samples to the next attempt to learn when there was too little to learn from
+SAME = 0.03  # of a learnt command: one that is not farther outside is not new
 RELAX = 0.97  # the memory of the largest healthy statistic fades by this at each learning
+
+Commands = tuple[tuple[float, float], tuple[float, float]]  # least and greatest that are learnt, ahead and astern
 
 
 class AdaptiveMethod:
@@ -57,8 +56,9 @@ class AdaptiveMethod:
     """
 
     def __init__(self, config: ThrusterConfig, commissioned: CommissionedCurve | None = None) -> None:
-        window_min, window_max, warmup = config.spans
+        window_min, window_max, _ = config.spans
         self._config, self._window_max = config, window_max
+        self._schedule = Schedule(config)
         self._search = search_named(
             config.search, order_max=config.order_max, window_min=window_min, window_max=window_max, seed=config.seed
         )
@@ -67,8 +67,7 @@ class AdaptiveMethod:
         self.model: ThrusterModel | None = None
         self.period_s = nan
         self._tracker: Tracker | None = None
-        self._due, self._postponed = warmup, 0
-        self._learnt: tuple[tuple[float, float], tuple[float, float]] | None = None  # commands, at the last learning
+        self._learnt: Commands | None = None  # at the last learning
         self._learn_from = 0  # samples before this number belong to another state of the thruster
         self._over = 0  # successive samples over the threshold so far
         self._score = 0.0
@@ -97,40 +96,50 @@ class AdaptiveMethod:
         if self._fault is not None:
             self._learn_from = self._history.end
             self._history.row(TRUSTED, self._history.first, self._history.end)[:] = 0.0
-            self._due = self._history.end + self._config.spans[2]
+            self._schedule.begin_anew(self._history.end)
         self.commissioned, self._wear = commission(self.model) or self.commissioned, 0.0
+        self._schedule.saw_news()
         self._end_fault(healthy=0)
 
     def _until_due(self) -> int:
         room = BLOCK if self._tracker is None else min(BLOCK, self._tracker.room)
-        return max(1, min(room, self._due - self._history.end))
+        return max(1, min(room, self._schedule.due - self._history.end))
 
     def _learn_if_due(self) -> bool:
-        learnt = self._history.end >= self._due and not self._postpone() and self._learn()
+        learnt = self._history.end >= self._schedule.due and not self._wait() and self._learn()
         if self._tracker is not None and not self._tracker.room:
             self._track_anew()
         return learnt
 
-    def _postpone(self) -> bool:
-        """Whether this is no time to learn: a fault lasts, or may be about to be found."""
-        suspicious = self._score > CALM and self._postponed < POSTPONE_MAX
-        if self._fault is None and not suspicious:
-            self._postponed = 0
+    def _wait(self) -> bool:
+        """Whether this is no time to learn, or there is nothing to learn: the model knows what is driven, no more."""
+        now, schedule = self._history.end, self._schedule
+        if schedule.postpone(now, self._fault is not None, self._score):
+            return True
+        if self.model is None or not schedule.may_idle(now, self._gain_error) or not self._drives_the_same():
             return False
-        self._postponed += 1
-        self._due = self._history.end + POSTPONE
+        schedule.stay_idle(now)
         return True
+
+    def _drives_the_same(self) -> bool:
+        """Whether a model of as many samples would know the same commands now, ahead and astern."""
+        assert self.model is not None and self._learnt is not None  # noqa: S101
+        stop = self._history.end - HELD_BACK
+        start = max(self._history.first, self._learn_from, stop - self.model.window)
+        trusted = self._history.row(TRUSTED, start, stop) > 0.0
+        command = self._history.row(COMMAND, start, stop)[trusted] - self.model.basis.neutral
+        return _same_commands((learnt_range(command), learnt_range(-command)), self._learnt, self.model)
 
     def _learn(self) -> bool:
         now = self._history.end
         stop = now if self.model is None else now - HELD_BACK
         start = max(self._history.first, self._learn_from, stop - self._window_max)
         window, self.period_s = window_of(self._history, start, stop, self._config.delay_max)
-        model = learn(window, self._config, self._search)
+        model = learn(window, self._config, self._search, self.model)
         if model is None:
-            self._due = now + RETRY
+            self._schedule.try_again(now)
             return False
-        self._due = now + self._interval(now)
+        self._schedule.learnt(now)
         self.model = self._confirmed(model)
         self._largest[0] = np.maximum(self._largest[0] * RELAX, self._largest[1])
         self._largest[1], self._largest[2] = self._largest[2], 0.0
@@ -150,13 +159,11 @@ class AdaptiveMethod:
         learnt = (model.learnt_ahead, model.learnt_astern)
         before, self._learnt = self._learnt or learnt, learnt
         ahead, astern = ((max(a[0], b[0]), min(a[1], b[1])) for a, b in zip(before, learnt, strict=True))
-        if (ahead, astern) != learnt:
-            self._due = min(self._due, self._history.end + INTERVAL_MIN)
+        now, confirmed = self._history.end, (ahead, astern)
+        young = self._schedule.is_young(now)
+        if confirmed != learnt and (young or not _same_commands(confirmed, learnt, model)):
+            self._schedule.confirm(now)
         return replace(model, learnt_ahead=ahead, learnt_astern=astern)
-
-    def _interval(self, now: int) -> int:
-        """Samples to the next learning; a little longer by the seed, for not all thrusters to learn at once."""
-        return int(np.clip(now // 10, INTERVAL_MIN, INTERVAL_MAX)) + self._config.seed % STAGGER
 
     def _track_anew(self) -> None:
         assert self.model is not None  # noqa: S101
@@ -182,7 +189,7 @@ class AdaptiveMethod:
     def _still_learning(self, samples: int) -> Judgement:
         blank = np.full(samples, nan)
         level, score = np.full(samples, int(Level.UNKNOWN)), np.zeros(samples)
-        kind, reason = [FaultKind.NONE] * samples, ["learning"] * samples
+        kind, reason = np.full(samples, FaultKind.NONE, dtype=KIND), np.full(samples, "learning")
         return Judgement(level, score, blank, blank, blank, kind, reason, 0, 0, 0, 0.0, False, self._wear)
 
     def _assess(self, track: Track) -> Assessment:
@@ -205,14 +212,16 @@ class AdaptiveMethod:
             self._remember(track, assessment)
         else:
             self._gain_error = float(track.gain.newest[SLOW, -1] - self._fault.reference)
-            self._fault = self._fault.after(track, judgement.kind[-1] or self._fault.kind)
+            self._fault = self._fault.after(track, FaultKind(judgement.kind[-1]) or self._fault.kind)
         if assessment.event is not None and faulty[-1]:
-            self._begin_fault(track, assessment, judgement.kind[-1])
+            self._begin_fault(track, assessment, FaultKind(judgement.kind[-1]))
         elif assessment.event is not None:
             self._end_fault(healthy=RECOVER)
         return judgement
 
     def _remember(self, track: Track, assessment: Assessment) -> None:
+        if track.unknown.any():
+            self._schedule.saw_news()
         self._score = float(assessment.score[-1])
         self._over = run_length(assessment.score >= 1.0, self._over)
         statistic = np.abs(track.gain.change) / track.gain.deviation
@@ -247,7 +256,7 @@ class AdaptiveMethod:
         threshold_rpm = assessment.bound * np.maximum(np.abs(track.predicted), SPEED_MIN) * top_rpm
         level, reason = levels(track, assessment, faulty, self._wear, self._config)
         fast = kinds(track, assessment, faulty, self._fault, self.model, history)
-        kind = [one or worn_kind(int(item), self._wear, self._config) for one, item in zip(fast, level, strict=True)]
+        kind = with_wear(fast, level, self._wear, self._config)
         return Judgement(
             level=level,
             score=assessment.score,
@@ -263,3 +272,10 @@ class AdaptiveMethod:
             refitted=False,
             wear=self._wear,
         )
+
+
+def _same_commands(some: Commands, others: Commands, model: ThrusterModel) -> bool:
+    """Whether these are the same commands: a little more or less is not worth learning for."""
+    near = NEAR_NEUTRAL * model.basis.scale
+    one, other = (np.array([(max(low, near), high) for low, high in commands]) for commands in (some, others))
+    return np.allclose(one, other, rtol=SAME, atol=0.0)

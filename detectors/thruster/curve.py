@@ -12,6 +12,7 @@ uncertain by as much, instead of being taken for known, and that uncertainty is 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,13 +46,12 @@ class CommandBasis:
     @property
     def degrees(self) -> FloatArray:
         """(K,) degree of each column."""
-        return np.tile(np.arange(self.order + 1.0), 2 if self.astern else 1)
+        return _degrees(self.order, self.astern)
 
     @property
     def prior_deviation(self) -> FloatArray:
         """(K,) standard deviation that each coefficient has before any sample, in top speeds."""
-        degree = np.maximum(self.degrees, 1.0)
-        return np.where(self.degrees < 2, 1.0, SMOOTHNESS / degree**2)
+        return _prior_deviation(self.order, self.astern)
 
     def columns(self, command: FloatArray) -> FloatArray:
         """(K, N) columns for (N,) commands. Element by element: the same whether N is 1 or 1000."""
@@ -67,6 +67,23 @@ class CommandBasis:
     def up_to(self, order: int) -> NDArray[np.bool_]:
         """(K,) which columns a curve of this lower order uses."""
         return self.degrees <= order
+
+
+@cache
+def _degrees(order: int, astern: bool) -> FloatArray:
+    return _frozen(np.tile(np.arange(order + 1.0), 2 if astern else 1))
+
+
+@cache
+def _prior_deviation(order: int, astern: bool) -> FloatArray:
+    degrees = _degrees(order, astern)
+    return _frozen(np.where(degrees < 2, 1.0, SMOOTHNESS / np.maximum(degrees, 1.0) ** 2))
+
+
+def _frozen(array: FloatArray) -> FloatArray:
+    """The array, which is shared from here on."""
+    array.flags.writeable = False
+    return array
 
 
 def combine(coefficients: FloatArray, columns: FloatArray) -> FloatArray:

@@ -231,9 +231,9 @@ def _verdict(time_s: float, judgement: Judgement) -> ThrusterVerdict:
         delay=judgement.delay,
         lag_s=judgement.lag_s,
         refitted=judgement.refitted,
-        kind=judgement.kind[0],
+        kind=FaultKind(judgement.kind[0]),
         wear=judgement.wear,
-        reason=judgement.reason[0],
+        reason=str(judgement.reason[0]),
     )
 
 

@@ -84,13 +84,11 @@ class RunningSums:
             correlation: of neighbouring residuals.
         """
         stop = np.arange(self.count - samples + 1, self.count + 1)
-        start = stop - NEWEST[:, None]
-        before = np.maximum(start - APART, 0)
-        first = np.maximum(before - REFERENCE[:, None], 0)
-        newest = self._sums[:, None, stop] - self._sums[:, np.maximum(start, 0)]
-        reference = self._sums[:, before] - self._sums[:, first]
+        newest = self._windows(samples, 0 * NEWEST, NEWEST)
+        reference = self._windows(samples, NEWEST + APART, NEWEST + APART + REFERENCE)
         enough_new = _effective_samples(newest) >= SHARE_MIN * NEWEST[:, None]
-        enough = enough_new & (_effective_samples(reference) >= SHARE_MIN * REFERENCE[:, None]) & (start >= 0)
+        enough = enough_new & (_effective_samples(reference) >= SHARE_MIN * REFERENCE[:, None])
+        enough &= stop >= NEWEST[:, None]
         weight_newest = np.where(newest[WEIGHT] > 0.0, newest[WEIGHT], 1.0)
         weight_reference = np.where(reference[WEIGHT] > 0.0, reference[WEIGHT], 1.0)
         mean_newest, mean_reference = newest / weight_newest, reference / weight_reference
@@ -99,10 +97,26 @@ class RunningSums:
         variance = own + other + mean_reference[SYSTEMATIC] ** 2 + (FLOOR**2)[:, None]
         distance = np.abs(mean_newest[COMMAND] - mean_reference[COMMAND]) / scale
         variance += np.minimum(ELSEWHERE * distance, ELSEWHERE_MAX) ** 2
-        variance += np.cumsum((mean_newest[UNCERTAINTY:] - mean_reference[UNCERTAINTY:]) ** 2, axis=0)[-1]
+        for row in mean_newest[UNCERTAINTY:] - mean_reference[UNCERTAINTY:]:
+            variance += row * row
         change = np.where(enough, mean_newest[ERROR] - mean_reference[ERROR], 0.0)
         alone = np.where(enough_new, np.sqrt(own), np.inf)
         return GainChange(change, np.sqrt(variance), mean_newest[ERROR], mean_reference[ERROR], alone)
+
+    def _windows(self, samples: int, newest: NDArray[np.int_], oldest: NDArray[np.int_]) -> FloatArray:
+        """(rows, 5, samples) sums over the samples from `newest` to `oldest` before each of the last `samples`."""
+        windows = np.empty((len(self._sums), len(newest), samples))
+        for scale, (a, b) in enumerate(zip(newest.tolist(), oldest.tolist(), strict=True)):
+            np.subtract(self._until(samples, a), self._until(samples, b), out=windows[:, scale])
+        return windows
+
+    def _until(self, samples: int, back: int) -> FloatArray:
+        """(rows, samples) sums up to `back` samples before each of the last `samples`; 0 before the first."""
+        stop = self.count + 1 - back
+        start = stop - samples
+        if start >= 0:
+            return self._sums[:, start:stop]
+        return self._sums[:, np.maximum(np.arange(start, stop), 0)]
 
 
 def _inflation(samples: NDArray[np.int_], correlation: float) -> FloatArray:

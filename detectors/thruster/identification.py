@@ -28,24 +28,31 @@ from detectors.thruster.noise import (
     transient_error,
 )
 from detectors.thruster.search import Choice, Search
-from detectors.thruster.timing import Timing, TimingGrid
+from detectors.thruster.timing import TimingGrid
 from detectors.thruster.window import SHARE_MIN, Prepared, Window, prepare
 
 FloatArray = NDArray[np.float64]
 
 USABLE_MIN = 100  # samples that a model takes at least
 FIRST_NOISE = 0.01  # of the top speed, before anything is known
+TURNS = 2  # of the search for timing and drift
 PLAUSIBLE = 9.0  # a delay and lag is plausible if it lowers the log likelihood by less than half of this
 TRANSIENT_ERROR = 0.25  # part of the distance to the target that the lag model may err by on a way not seen before
 TIMING_ERROR = 1.0  # samples by which a command may be stamped late, where it was not seen
 
 
-def learn(window: Window, config: ThrusterConfig, search: Search) -> ThrusterModel | None:
-    """The thruster as this window shows it; None where it shows too little (at rest, or too few trusted samples)."""
+def learn(
+    window: Window, config: ThrusterConfig, search: Search, before: ThrusterModel | None = None
+) -> ThrusterModel | None:
+    """The thruster as this window shows it; None where it shows too little (at rest, or too few trusted samples).
+
+    Args:
+        before: an earlier model: where the search for the lag begins.
+    """
     data = prepare(window, config.order_max, USABLE_MIN)
     if data is None:
         return None
-    timing, drift = _timing(data, config.lag_max)
+    timing, drift = _timing(data, config.lag_max, None if before is None else before.response.lag)
     columns = data.lagged(timing.delay, timing.lag)
     candidates = WindowCandidates(
         columns * drift.gain, data.speed, data.usable, data.basis, config, noise=drift.noise
@@ -65,7 +72,7 @@ def learn(window: Window, config: ThrusterConfig, search: Search) -> ThrusterMod
     return ThrusterModel(
         basis=data.basis,
         response=Response(timing.delay, timing.lag, _coefficients(data, columns, curve, choice, weight, full)),
-        alternatives=tuple(_alternative(data, drift, *other) for other in timing.plausible),
+        alternatives=timing.plausible,
         order=choice.order,
         window=choice.window,
         top_rpm=data.top_rpm,
@@ -77,8 +84,8 @@ def learn(window: Window, config: ThrusterConfig, search: Search) -> ThrusterMod
         spin_up=errors.spin_up,
         spin_down=errors.spin_down,
         timing=errors.timing,
-        learnt_ahead=_learnt(driven),
-        learnt_astern=_learnt(-driven),
+        learnt_ahead=learnt_range(driven),
+        learnt_astern=learnt_range(-driven),
         unsigned=data.unsigned,
         resolution_rpm=resolution_rpm,
         current_law=_current_law(window.current_a[recent], data.speed[recent]),
@@ -94,18 +101,28 @@ class _Drift:
     correlation: float
 
 
-def _timing(data: Prepared, lag_max: float) -> tuple[Timing, _Drift]:
+@dataclass(frozen=True, slots=True)
+class _Timing:
+    """Delay and lag, samples, and the extreme ones among those that are plausible as well."""
+
+    delay: int
+    lag: float
+    plausible: tuple[Response, ...]
+
+
+def _timing(data: Prepared, lag_max: float, lag: float | None) -> tuple[_Timing, _Drift]:
     """Delay and lag, and the drift of the gain: each is found with the other taken off, in turns."""
-    grid = TimingGrid(data, lag_max)
+    grid = TimingGrid(data, lag_max, lag)
     drift = _Drift(np.ones_like(data.speed), FIRST_NOISE, 0.0)
-    for _ in range(2):
-        drift = _drift(data, grid.search(drift.gain, drift.noise).coarse, drift)
-    search = grid.search(drift.gain, drift.noise)
-    return search.fine(PLAUSIBLE * inflation(drift.correlation)), drift
+    found = grid.search(drift.gain, drift.noise)
+    for _ in range(TURNS):
+        drift = _drift(data, found.delay, found.lag, drift)
+        found = grid.search(drift.gain, drift.noise)
+    return _Timing(found.delay, found.lag, found.plausible(PLAUSIBLE * inflation(drift.correlation))), drift
 
 
-def _drift(data: Prepared, timing: Timing, before: _Drift) -> _Drift:
-    columns = data.lagged(timing.delay, timing.lag) * before.gain
+def _drift(data: Prepared, delay: int, lag: float, before: _Drift) -> _Drift:
+    columns = data.lagged(delay, lag) * before.gain
     weight = data.usable / before.noise**2
     rough = solve(columns, data.basis.prior_deviation, data.speed, weight)
     fit = solve(*with_drift(columns, rough.coefficients @ columns, data), data.speed, weight)
@@ -127,7 +144,7 @@ class _Errors:
 
 
 def _errors(
-    data: Prepared, timing: Timing, columns: FloatArray, curve: FloatArray, recent: NDArray[np.bool_], noise: float
+    data: Prepared, timing: _Timing, columns: FloatArray, curve: FloatArray, recent: NDArray[np.bool_], noise: float
 ) -> _Errors:
     """How far the model errs: at rest, on the way up and down, and at the first sample of a step."""
     fit = solve(*with_drift(columns, curve, data), data.speed, recent / noise**2)
@@ -161,13 +178,7 @@ def _coefficients(
     return coefficients
 
 
-def _alternative(data: Prepared, drift: _Drift, delay: int, lag: float) -> Response:
-    columns = data.lagged(delay, lag) * drift.gain
-    weight = data.usable / drift.noise**2
-    return Response(delay, lag, solve(columns, data.basis.prior_deviation, data.speed, weight).coefficients)
-
-
-def _learnt(command: FloatArray) -> tuple[float, float]:
+def learnt_range(command: FloatArray) -> tuple[float, float]:
     """Least and greatest of the positive commands, leaving out the `SHARE_MIN` outermost; (inf, -inf) for none."""
     positive = np.sort(command[command > 0.0])
     if len(positive) <= 2 * SHARE_MIN:

@@ -9,7 +9,6 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from detectors.thruster.sample import FaultKind
 from detectors.thruster.wear import CommissionedCurve
 
 FloatArray = NDArray[np.float64]
@@ -17,7 +16,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judgement:
-    """N samples judged with one model: arrays (N,) and lists of N; what is the same for all stands alone.
+    """N samples judged with one model: arrays (N,); what is the same for all stands alone.
 
     Attributes as in `ThrusterVerdict`; `refitted` is of the first of the samples.
     """
@@ -27,8 +26,8 @@ class Judgement:
     residual_rpm: FloatArray
     predicted_rpm: FloatArray
     threshold_rpm: FloatArray
-    kind: list[FaultKind]
-    reason: list[str]
+    kind: NDArray[np.str_]
+    reason: NDArray[np.str_]
     order: int
     window: int
     delay: int

@@ -21,11 +21,19 @@ def follow_gain(lag: float) -> float:
 def lagged(columns: FloatArray, lag: float) -> FloatArray:
     """(K, N) columns after a lag of this many samples, starting from rest at the first of them."""
     gain = follow_gain(lag)
-    if gain == 1.0:
-        return columns
+    return columns if gain == 1.0 else _filtered(columns, gain, columns[:, :1])
+
+
+def followed(target: FloatArray, speed: float, gain: float) -> FloatArray:
+    """(N,) speeds that follow (N,) targets with this gain, after one of `speed`. The same in blocks as one by one."""
+    return target if gain == 1.0 else _filtered(target[None, :], gain, np.array([[speed]]))[0]
+
+
+def _filtered(columns: FloatArray, gain: float, before: FloatArray) -> FloatArray:
+    """y_t = gain x_t + (1 - gain) y_(t-1) along (K, N) columns, after (K, 1) of `before`."""
     from scipy.signal import lfilter  # here: all of it takes a second to load, and only a detector at work needs it
 
-    start = (1.0 - gain) * columns[:, :1]
+    start = (1.0 - gain) * before
     return np.asarray(lfilter([gain], [1.0, gain - 1.0], columns, axis=1, zi=start)[0])
 
 

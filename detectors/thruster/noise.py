@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from detectors.thruster.fading import FadingMaximum
 from detectors.thruster.model import TransientError
 
 FloatArray = NDArray[np.float64]
@@ -36,11 +37,7 @@ def settling_decay(lag: float) -> float:
 
 def settling(distance: FloatArray, lag: float) -> FloatArray:
     """(N,) the distance to the target with a memory: a step is not over when the lag model says so."""
-    decay, level, out = settling_decay(lag), 0.0, []
-    for value in distance.tolist():
-        level = max(value, decay * level)
-        out.append(level)
-    return np.array(out)
+    return FadingMaximum(settling_decay(lag)).over(distance)[0]
 
 
 def transient_error(residual: FloatArray, change: FloatArray, noise: float, unseen_share: float) -> TransientError:

@@ -18,6 +18,7 @@ from detectors.verdict import Level
 
 FloatArray = NDArray[np.float64]
 
+KIND = f"U{max(map(len, FaultKind))}"
 BLIND = 0.5  # relative change of speed: where the threshold is above, nothing can be said
 AT_WORK = 0.15  # of the top speed
 CLEAR_SHARE = 0.7  # of the fault's size from which on its kind is judged anew
@@ -25,8 +26,8 @@ CLEAR_SHARE = 0.7  # of the fault's size from which on its kind is judged anew
 
 def levels(
     track: Track, assessment: Assessment, faulty: NDArray[np.bool_], wear: float, config: ThrusterConfig
-) -> tuple[NDArray[np.int64], list[str]]:
-    """Level of each of N samples, and why.
+) -> tuple[NDArray[np.int64], NDArray[np.str_]]:
+    """Level of each of N samples, and why: (N,) each.
 
     Args:
         faulty: (N,) whether a fault lasts.
@@ -42,16 +43,11 @@ def levels(
         (track.unknown, Level.UNKNOWN, "command not learnt yet"),
         (blind, Level.UNKNOWN, "driven too restlessly to judge"),
     )
-    which = np.select([row[0] for row in rows], range(len(rows)), len(rows))
+    which = np.full(len(faulty), len(rows))
+    for number in reversed(range(len(rows))):
+        which[rows[number][0]] = number
     level = np.array([*(int(row[1]) for row in rows), int(Level.NORMAL)])[which]
-    reasons = [*(row[2] for row in rows), ""]
-    return level, [reasons[index] for index in which]
-
-
-def worn_kind(level: int, wear: float, config: ThrusterConfig) -> FaultKind:
-    """Kind of a sample without a fast fault."""
-    worn = isfinite(wear) and abs(wear) > config.wear_suspect
-    return FaultKind.WORN if worn and level >= Level.SUSPECT else FaultKind.NONE
+    return level, np.array([*(row[2] for row in rows), ""])[which]
 
 
 def kinds(
@@ -61,8 +57,10 @@ def kinds(
     fault: Fault | None,
     model: ThrusterModel,
     history: History,
-) -> list[FaultKind]:
-    """Kind of each of the newest N samples. A fault keeps its kind unless it shows nearly as large as ever."""
+) -> NDArray[np.str_]:
+    """(N,) kind of fault in each of the newest samples. It stays unless the fault shows nearly as large as ever."""
+    if not faulty.any():
+        return np.full(len(faulty), FaultKind.NONE, dtype=KIND)
     kept = FaultKind.NONE if fault is None else fault.kind
     size = np.zeros(len(faulty)) if fault is None else fault.sizes(track)
     clear = np.abs(assessment.change) >= np.maximum(assessment.bound, CLEAR_SHARE * size)
@@ -73,7 +71,16 @@ def kinds(
         if at_fault and (sure or not kept) and not (kept is FaultKind.SENSOR and _stands(history, stop)):
             kept = _kind(model, history, stop, float(assessment.change[number]))
         out.append(kept if at_fault else FaultKind.NONE)
-    return out
+    return np.array(out, dtype=KIND)
+
+
+def with_wear(
+    kind: NDArray[np.str_], level: NDArray[np.int64], wear: float, config: ThrusterConfig
+) -> NDArray[np.str_]:
+    """These kinds, and that of samples without a fast fault."""
+    if not (isfinite(wear) and abs(wear) > config.wear_suspect):
+        return kind
+    return np.where((kind == FaultKind.NONE) & (level >= Level.SUSPECT), FaultKind.WORN, kind).astype(KIND)
 
 
 def _stands(history: History, stop: int) -> bool:

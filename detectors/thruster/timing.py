@@ -1,7 +1,10 @@
 """Delay and lag of a thruster: those that explain a window best, and the others that explain it nearly as well.
 
-For a given delay and lag the speed is linear in the coefficients of the curve, so that every delay and lag of a grid
-costs one small least-squares problem. All delays share their normal matrix: it is the speed that is shifted.
+For a given delay and lag the speed is linear in the coefficients of the curve, and the misfit is what least squares
+leaves. The curve hardly depends on the timing, though. So it is fitted at few lags only, the pivots. At a lag beside
+a pivot its speed is one filtered series, and what the curve would change there is solved with the pivot's columns.
+All delays and lags then cost little more than one of them: a matrix product. The error grows with the fourth power
+of the distance from the pivot; so one is set wherever a misfit is, or may be, the least.
 """
 
 from __future__ import annotations
@@ -12,114 +15,229 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from detectors.thruster.lag import lag_grid, lagged
+from detectors.thruster.lag import LAG_NEGLIGIBLE, lag_grid, lagged
+from detectors.thruster.model import Response
 from detectors.thruster.window import RUN_IN, Prepared
 
 FloatArray = NDArray[np.float64]
 
-NEAR_LAGS, NEAR_DELAYS = 4, 2  # of the grid, around its best point, that are looked at more closely
-LAG_PRECISION = 0.03  # samples
-
-
-@dataclass(frozen=True, slots=True)
-class Timing:
-    """A delay and a lag, in samples, and the extreme ones among those that are plausible as well."""
-
-    delay: int
-    lag: float
-    plausible: tuple[tuple[int, float], ...] = ()
+CLOSE = 0.1  # samples: between lags over which the misfit is a parabola ...
+WIDE = 4.0 * CLOSE  # ... and from the first of three to the last, where it is none any more
+ROUNDS = 12  # of looking closer, at most
+PIVOTS = 8  # at most
+NEXT_TO = 0.25  # samples from a pivot within which its columns do
+DOUBTFUL = 2.0  # times the least misfit: a delay that promises less is looked at with a pivot of its own
 
 
 class TimingGrid:
-    """Every delay, and lags from none to `lag_max`, for one window."""
+    """Every delay, and lags from none to `lag_max`, for one window.
 
-    def __init__(self, data: Prepared, lag_max: float) -> None:
+    Args:
+        data: the window.
+        lag_max: longest lag, samples.
+        lag: where the best one is expected, None for no idea.
+    """
+
+    def __init__(self, data: Prepared, lag_max: float, lag: float | None) -> None:
         self._data = data
-        self._penalty = np.diag(data.basis.prior_deviation**-2.0)
-        self._lags = lag_grid(lag_max)
-        self._shared = np.asarray(sliding_window_view(data.usable, data.lead + 1).all(axis=1))[RUN_IN:]
-        columns = [self._columns(float(lag)) for lag in self._lags]
-        self._grid = [(column, column @ column.T) for column in columns]
+        self.lags = lag_grid(lag_max)
+        self.penalty = np.diag(data.basis.prior_deviation**-2.0)
+        shared = np.asarray(sliding_window_view(data.usable, data.lead + 1).all(axis=1))
+        self._shared = shared[RUN_IN:].astype(np.float64)
+        self._first = self.lags[2::3].tolist() if lag is None else [lag]
+        self.pivots: list[Pivot] = []
 
     def search(self, gain: FloatArray, noise: float) -> TimingSearch:
-        """The misfits for speeds that are divided by this (N,) gain and have this noise."""
-        data = self._data
-        views = sliding_window_view(data.speed / gain, len(data.speed) - data.lead)
-        shifted = views[:, RUN_IN:][:, self._shared]
+        """The best delay and lag for speeds that are divided by this (N,) gain and have this noise."""
+        shifted = sliding_window_view(self._data.speed / gain, len(self._data.speed) - self._data.lead)
+        shifted = shifted[:, RUN_IN:] * self._shared
+        if not self.pivots:
+            self.pivots = [Pivot(self, lag, shifted, noise) for lag in self._first]
         return TimingSearch(self, shifted, noise)
 
-    def misfit_on_grid(self, shifted: FloatArray, noise: float) -> FloatArray:
-        """(lags, delays) misfits in units of the noise variance."""
-        return np.array([self._misfit(columns, gram, shifted, noise) for columns, gram in self._grid])
+    def columns(self, lag: float) -> FloatArray:
+        """(K, T) columns of the curve at this lag; 0 in samples that not all delays can use."""
+        return self._seen(lagged(self._data.columns, lag))
 
-    def misfit(self, lag: float, shifted: FloatArray, noise: float) -> FloatArray:
-        """(delays,) misfits at a lag that need not be on the grid."""
-        columns = self._columns(lag)
-        return self._misfit(columns, columns @ columns.T, shifted, noise)
+    def speed(self, coefficients: FloatArray, lag: float) -> FloatArray:
+        """(T,) speeds that this curve gives at this lag."""
+        return np.asarray(self._seen(lagged((coefficients @ self._data.columns)[None, :], lag))[0])
 
-    @property
-    def lags(self) -> FloatArray:
-        """The lags of the grid."""
-        return self._lags
-
-    def _columns(self, lag: float) -> FloatArray:
+    def _seen(self, columns: FloatArray) -> FloatArray:
+        """The part of (R, lead + N) columns that speeds of every delay are compared with."""
         start = self._data.lead + RUN_IN
-        return lagged(self._data.columns, lag)[:, start : start + len(self._shared)][:, self._shared]
+        return np.asarray(columns[:, start : start + len(self._shared)] * self._shared)
 
-    def _misfit(self, columns: FloatArray, gram: FloatArray, shifted: FloatArray, noise: float) -> FloatArray:
-        normal = gram / noise**2 + self._penalty
-        right = columns @ shifted.T / noise**2
-        energy = (shifted**2).sum(axis=1) / noise**2
-        return np.asarray(energy - (right * np.linalg.solve(normal, right)).sum(axis=0))
+
+class Pivot:
+    """The curve fitted at one lag, at the delay that is best there, and its speeds at lags around."""
+
+    def __init__(self, grid: TimingGrid, lag: float, shifted: FloatArray, noise: float) -> None:
+        self.lag = lag
+        self.columns = grid.columns(lag)
+        self.gram = self.columns @ self.columns.T
+        right = self.columns @ shifted.T
+        coefficients = np.linalg.solve(self.gram + noise**2 * grid.penalty, right)
+        misfit = (shifted**2).sum(axis=1) - (right * coefficients).sum(axis=0)
+        self.coefficients = np.asarray(coefficients[:, np.argmin(misfit)])
+        self._grid = grid
+        self._speeds: dict[float, FloatArray] = {}
+
+    def speeds(self, lags: FloatArray) -> FloatArray:
+        """(L, T) speeds that the curve gives at these lags."""
+        for lag in lags.tolist():
+            if lag not in self._speeds:
+                self._speeds[lag] = self._grid.speed(self.coefficients, lag)
+        return np.stack([self._speeds[lag] for lag in lags.tolist()])
+
+
+class _View:
+    """What a pivot says of the misfits for one gain and noise."""
+
+    def __init__(self, pivot: Pivot, penalty: FloatArray, shifted: FloatArray, noise: float) -> None:
+        self.pivot = pivot
+        self._shifted, self._variance = shifted, noise**2
+        self._energy = (shifted**2).sum(axis=1)
+        self._right = (pivot.columns @ shifted.T).T - self._variance * penalty @ pivot.coefficients
+        self.covariance = np.linalg.inv(pivot.gram + self._variance * penalty)
+
+    def misfits(self, lags: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """(L, D) misfits in units of the noise variance; (L, D, K) correlation of what is left with the columns."""
+        speeds = self.pivot.speeds(lags)
+        left = self._right - (speeds @ self.pivot.columns.T)[:, None, :]
+        explained = ((left @ self.covariance) * left).sum(axis=2)
+        energy = self._energy - 2.0 * speeds @ self._shifted.T + (speeds**2).sum(axis=1)[:, None]
+        return (energy - explained) / self._variance, left
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Least:
+    """Where parabolas through the misfits at three neighbouring lags are least: (D,) for each delay.
+
+    Attributes:
+        lag, misfit: there.
+        width: of the three lags.
+    """
+
+    lag: FloatArray
+    misfit: FloatArray
+    width: FloatArray
 
 
 class TimingSearch:
-    """The misfits of all delays and lags for one gain and noise."""
+    """The misfits of all delays and lags for one gain and noise, and their least.
+
+    Args:
+        grid: the window; pivots are added to it.
+        shifted: (D, T) speeds with each delay taken off; 0 in samples that not all delays can use.
+        noise: standard deviation of the speed.
+
+    Attributes:
+        delay, lag: the best, samples.
+    """
 
     def __init__(self, grid: TimingGrid, shifted: FloatArray, noise: float) -> None:
         self._grid, self._shifted, self._noise = grid, shifted, noise
-        self._misfit = grid.misfit_on_grid(shifted, noise)
-        self._row, self._delay = (int(i) for i in np.unravel_index(np.argmin(self._misfit), self._misfit.shape))
+        self._views = [_View(pivot, grid.penalty, shifted, noise) for pivot in grid.pivots]
+        close = np.concatenate([_around(pivot.lag) for pivot in grid.pivots])
+        self._lags = np.unique(np.concatenate([grid.lags, close]))
+        self._owner = np.full(len(self._lags), -1)
+        self._misfit = np.empty((len(self._lags), len(shifted)))
+        self._left = np.empty((*self._misfit.shape, len(grid.penalty)))
+        least = self._look_closer()
+        self.delay = int(least.misfit.argmin())
+        self.lag, self._least = float(least.lag[self.delay]), float(least.misfit.min())
 
-    @property
-    def coarse(self) -> Timing:
-        """The best point of the grid."""
-        return Timing(self._delay, float(self._grid.lags[self._row]))
+    def plausible(self, margin: float) -> tuple[Response, ...]:
+        """The extreme ones among the other delays and lags whose misfit is within `margin` of the best."""
+        within = self._misfit - self._least < margin
+        within[np.abs(self._lags - self.lag) <= CLOSE, self.delay] = False
+        return tuple(self._response(*point) for point in _extremes(within, self._lags))
 
-    def fine(self, margin: float) -> Timing:
-        """The best delay and lag, with the plausible ones: those whose misfit is within `margin` of the best."""
-        nearby = range(max(self._delay - NEAR_DELAYS, 0), min(self._delay + NEAR_DELAYS + 1, len(self._shifted)))
-        found = [self._refined(delay) for delay in nearby]
-        misfit, best_delay, best_lag = min(found)
-        on_grid = [
-            (float(self._misfit[row, delay]), delay, float(lag))
-            for row, lag in enumerate(self._grid.lags)
-            for delay in range(len(self._shifted))
-        ]
-        others = [*on_grid, *(one for one in found if one[1] != best_delay)]
-        plausible = [(delay, lag) for value, delay, lag in others if value - misfit < margin]
-        return Timing(best_delay, best_lag, _extremes(plausible))
+    def _look_closer(self) -> _Least:
+        """Look at further lags, and set pivots, until the least misfit is certain."""
+        for _ in range(ROUNDS):
+            self._fill()
+            least = self._parabolas()
+            best = int(least.misfit.argmin())
+            apart = self._apart(least.lag)
+            doubtful = (apart > NEXT_TO) & (least.misfit < DOUBTFUL * max(least.misfit[best], 0.0))
+            if least.width[best] > WIDE:
+                self._add(_around(float(least.lag[best])))
+            elif doubtful.any() and len(self._views) < PIVOTS:
+                self._pivot(float(least.lag[np.where(doubtful, least.misfit, np.inf).argmin()]))
+            else:
+                break
+        return least
 
-    def _refined(self, delay: int) -> tuple[float, int, float]:
-        """Misfit, delay and lag with the lag between the points of the grid."""
-        lags, shifted = self._grid.lags, self._shifted[delay : delay + 1]
-        from scipy.optimize import minimize_scalar  # here: it takes half a second to load
+    def _apart(self, lags: FloatArray) -> FloatArray:
+        """Distance of lags from the nearest pivot."""
+        return np.asarray(np.abs(lags[:, None] - [view.pivot.lag for view in self._views]).min(axis=1))
 
-        result = minimize_scalar(
-            lambda lag: float(self._grid.misfit(float(lag), shifted, self._noise)[0]),
-            bounds=(
-                float(lags[max(self._row - NEAR_LAGS, 0)]),
-                float(lags[min(self._row + NEAR_LAGS, len(lags) - 1)]),
-            ),
-            method="bounded",
-            options={"xatol": LAG_PRECISION},
-        )
-        return float(result.fun), delay, float(result.x)
+    def _fill(self) -> None:
+        """Misfits of lags that are new, or have a nearer pivot now."""
+        owner = np.abs(self._lags[:, None] - [view.pivot.lag for view in self._views]).argmin(axis=1)
+        for number, view in enumerate(self._views):
+            new = (owner == number) & (self._owner != number)
+            if new.any():
+                self._misfit[new], self._left[new] = view.misfits(self._lags[new])
+        self._owner = owner
+
+    def _parabolas(self) -> _Least:
+        middle = np.clip(self._misfit.argmin(axis=0), 1, len(self._misfit) - 2)
+        rows = middle + np.array([[-1], [0], [1]])
+        lags = self._lags[rows]
+        return _Least(*_vertices(lags, self._misfit[rows, np.arange(len(middle))]), np.ptp(lags, axis=0))
+
+    def _add(self, lags: FloatArray) -> None:
+        """Take further lags in."""
+        lags = lags[~np.isin(lags, self._lags)]
+        where = np.searchsorted(self._lags, lags)
+        self._lags = np.insert(self._lags, where, lags)
+        self._owner = np.insert(self._owner, where, -1)
+        self._misfit = np.insert(self._misfit, where, 0.0, axis=0)
+        self._left = np.insert(self._left, where, 0.0, axis=0)
+
+    def _pivot(self, lag: float) -> None:
+        """Set a further pivot."""
+        pivot = Pivot(self._grid, lag, self._shifted, self._noise)
+        self._grid.pivots.append(pivot)
+        self._views.append(_View(pivot, self._grid.penalty, self._shifted, self._noise))
+        self._add(_around(lag))
+
+    def _response(self, row: int, delay: int) -> Response:
+        """The curve as it is at this lag and delay."""
+        view = self._views[self._owner[row]]
+        change = view.covariance @ self._left[row, delay]
+        return Response(delay, float(self._lags[row]), view.pivot.coefficients + change)
 
 
-def _extremes(plausible: list[tuple[int, float]]) -> tuple[tuple[int, float], ...]:
-    """Of these delays and lags, those with the least and the greatest sum, and with the least and greatest delay."""
-    if not plausible:
-        return ()
-    by_sum = sorted(plausible, key=sum)
-    return tuple(sorted({by_sum[0], by_sum[-1], min(plausible), max(plausible)}))
+def _around(lag: float) -> FloatArray:
+    """Three lags close to this one."""
+    return max(lag, 2.0 * CLOSE) + np.array([-CLOSE, 0.0, CLOSE])
+
+
+def _vertices(lags: FloatArray, misfit: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Where D parabolas through (3, D) misfits at these lags are least, within the triples, and their misfits there.
+
+    Over the filter's memory, for it is that in which the speed is nearly linear.
+    """
+    x = np.exp(-1.0 / np.maximum(lags, LAG_NEGLIGIBLE))
+    left, right = np.diff(x, axis=0)
+    down, up = np.diff(misfit, axis=0) / (left, right)
+    bend = (up - down) / (left + right)
+    convex = bend > 0.0
+    vertex = 0.5 * (x[0] + x[1] - np.divide(down, bend, out=np.zeros_like(bend), where=convex))
+    vertex = np.clip(np.where(convex, vertex, x[1]), x[0], x[2])
+    return -1.0 / np.log(vertex), misfit[0] + (vertex - x[0]) * (down + bend * (vertex - x[1]))
+
+
+def _extremes(plausible: NDArray[np.bool_], lags: FloatArray) -> list[tuple[int, int]]:
+    """Of the (rows, delays) that are plausible, those with the extreme sums of delay and lag, and extreme delays."""
+    rows, delays = np.nonzero(plausible)
+    if not len(rows):
+        return []
+    total = delays + lags[rows]
+    by_delay = np.lexsort((lags[rows], delays))
+    chosen = {int(total.argmin()), int(total.argmax()), int(by_delay[0]), int(by_delay[-1])}
+    return sorted((int(rows[one]), int(delays[one])) for one in chosen)

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from detectors.thruster.curve import combine
 from detectors.thruster.evidence import REACH, UNCERTAINTY, GainChange, RunningSums
+from detectors.thruster.fading import FadingMaximum
 from detectors.thruster.history import COMMAND, SPEED, TIME, TRUSTED, VOLTAGE, History
-from detectors.thruster.lag import follow_gain
+from detectors.thruster.lag import follow_gain, followed
 from detectors.thruster.model import ThrusterModel
 from detectors.thruster.noise import settling_decay
 from detectors.thruster.window import GAP_PERIODS, SPIKE
@@ -21,6 +22,7 @@ FloatArray = NDArray[np.float64]
 SPEED_MIN = 0.08  # of the top speed: errors of slower speeds are taken relative to this one
 LOW_SPEED_ERROR = 0.04  # error of the curve, in top speeds, near standstill; it vanishes above about 0.2 of top speed
 LOW_SPEED = 0.1
+NEVER = -(2**60)  # number of no sample
 RUN_IN = 60  # samples before the first that counts, for the lag's state to settle
 
 
@@ -29,8 +31,8 @@ class _Carry:
     """What the recursions hand from one sample to the next."""
 
     speeds: tuple[float, ...]  # of the best response and of the alternatives
-    unsettled: float  # error still expected of the transients so far, top speeds
-    unknown_left: int  # samples for which an unlearnt command still shows
+    unsettled: FadingMaximum  # error still expected of the transients so far, top speeds
+    unlearnt: int  # number of the last sample whose command was not learnt
     errors: tuple[float, float]  # relative errors of the last two samples
     time_s: float
     pending: _Seen | None  # the newest sample, weighed when the next command is known
@@ -89,22 +91,28 @@ class Tracker:
         self.model, self._history, self._period_s = model, history, period_s
         self._responses = (model.response, *model.alternatives)
         self._follow = [follow_gain(response.lag) for response in self._responses]
-        self._decay = settling_decay(model.response.lag)
-        self._linger = int(3.0 * model.response.lag) + 4
+        self._settling = settling_decay(model.response.lag)
+        self._reach = max(response.delay for response in self._responses)
+        self._linger = self._reach + int(3.0 * model.response.lag) + 4
         self._sums = RunningSums(UNCERTAINTY + len(model.whitener), REACH + RUN_IN + capacity)
-        reach = max(response.delay for response in self._responses)
-        start = max(history.first + reach, history.end - REACH - RUN_IN)
+        start = max(history.first + self._reach, history.end - REACH - RUN_IN)
         self._next = start
         self._carry = self._at_rest(start)
-        self.advance(history.end - start, run_in=RUN_IN)
+        self._take_in(history.end - start, run_in=RUN_IN)
 
     @property
     def room(self) -> int:
         """Samples that may still follow."""
         return self._sums.room
 
-    def advance(self, samples: int, run_in: int = 0) -> Track:
-        """Go on over the next samples of the history. The first `run_in` of them count for nothing."""
+    def advance(self, samples: int) -> Track:
+        """Go on over the next samples of the history."""
+        seen = self._take_in(samples)
+        gain = self._sums.test(samples, self.model.basis.scale, self.model.correlation)
+        return Track(seen.predicted, seen.unknown, gain)
+
+    def _take_in(self, samples: int, run_in: int = 0) -> _Seen:
+        """See and sum up the next samples; the first `run_in` of them count for nothing."""
         seen, carry = self._see(samples)
         lined_up = seen.after(self._carry.pending)
         values = self._weigh(lined_up)
@@ -112,8 +120,7 @@ class Tracker:
         self._sums.extend(values)
         self._carry = replace(carry, pending=lined_up.part(slice(-1, None)))
         self._next += samples
-        gain = self._sums.test(samples, self.model.basis.scale, self.model.correlation)
-        return Track(seen.predicted, seen.unknown, gain)
+        return seen
 
     def checkpoint(self) -> tuple[_Carry, int]:
         """What `back_to` needs."""
@@ -127,7 +134,9 @@ class Tracker:
     def _at_rest(self, start: int) -> _Carry:
         speeds = tuple(float(target[0]) for target in self._targets(start, start + 1)[0])
         time_s = float(self._history.row(TIME, start, start + 1)[0])
-        return _Carry(speeds, 0.0, 0, (0.0, 0.0), time_s, None)
+        settled, unlearnt = FadingMaximum(self._settling), self._last_unlearnt(start - self._reach, start, NEVER)
+        last = int(unlearnt[-1]) if len(unlearnt) else NEVER
+        return _Carry(speeds, settled, last, (0.0, 0.0), time_s, None)
 
     def _targets(self, start: int, stop: int) -> tuple[list[FloatArray], FloatArray, FloatArray]:
         """Steady speeds by each response; the best one's delayed command, and its columns."""
@@ -136,25 +145,29 @@ class Tracker:
             voltage = self._history.row(VOLTAGE, start, stop)
             supply = np.where(np.isfinite(voltage), voltage / model.supply_v - 1.0, 0.0)
         power = 1.0 + model.supply_exponent * supply
-        targets, seen = [], []
+        reach = self._reach
+        command = self._history.row(COMMAND, start - reach, stop)
+        columns = model.basis.columns(command)
+        targets = []
         for response in self._responses:
-            command = self._history.row(COMMAND, start - response.delay, stop - response.delay)
-            columns = model.basis.columns(command)
-            targets.append(combine(response.coefficients[None, :], columns)[0] * power)
-            seen.append((command, columns))
-        command, columns = seen[0]
-        return targets, command, np.concatenate([columns * power, (targets[0] * supply)[None, :]])
+            delayed = slice(reach - response.delay, reach - response.delay + stop - start)
+            targets.append(combine(response.coefficients[None, :], columns[:, delayed])[0] * power)
+        best = slice(reach - model.response.delay, reach - model.response.delay + stop - start)
+        with_supply = np.concatenate([columns[:, best] * power, (targets[0] * supply)[None, :]])
+        return targets, command[best], with_supply
 
     def _see(self, samples: int) -> tuple[_Seen, _Carry]:
         """The next samples, and the carry after them."""
         start, stop = self._next, self._next + samples
         targets, command, columns = self._targets(start, stop)
         time_s = self._history.row(TIME, start, stop)
-        predicted, unsettled, unknown, carry = self._recur(targets, self._known(start, stop), time_s)
+        predicted, unsettled, carry = self._recur(targets, time_s)
+        unlearnt = self._last_unlearnt(start, stop, self._carry.unlearnt)
+        unknown = np.arange(start, stop) - unlearnt < self._linger
         error, errors = self._despiked(self._relative_error(predicted, start, stop))
         trusted = self._history.row(TRUSTED, start, stop)
         seen = _Seen(predicted, targets[0], command, columns, error, unsettled, unknown, trusted)
-        return seen, replace(carry, errors=errors)
+        return seen, replace(carry, errors=errors, unlearnt=int(unlearnt[-1]))
 
     def _weigh(self, seen: _Seen) -> FloatArray:
         """(rows, N - 1) values for the running sums of all but the newest sample.
@@ -176,11 +189,10 @@ class Tracker:
         plain = [weight, weight * weight, weight * now.error, weight * now.command, weight * systematic]
         return np.concatenate([plain, weight * uncertainty])
 
-    def _known(self, start: int, stop: int) -> NDArray[np.bool_]:
-        """Whether all commands that may show in each sample were learnt: from the newest to the most delayed."""
-        delay = max(response.delay for response in self._responses)
-        known = self.model.knows(self._history.row(COMMAND, start - delay, stop))
-        return np.asarray(sliding_window_view(known, delay + 1).all(axis=1))
+    def _last_unlearnt(self, start: int, stop: int, before: int) -> NDArray[np.int_]:
+        """(N,) number of the latest sample so far whose command was not learnt; `before`: until then."""
+        known = self.model.knows(self._history.row(COMMAND, start, stop))
+        return np.asarray(np.maximum.accumulate(np.where(known, before, np.arange(start, stop))))
 
     def _relative_error(self, predicted: FloatArray, start: int, stop: int) -> FloatArray:
         """Measured less predicted speed over the prediction, in the direction that is expected."""
@@ -195,33 +207,30 @@ class Tracker:
         clean = np.where(np.abs(error - three[1]) > SPIKE, three[1], error)
         return clean, (float(line[-2]), float(line[-1]))
 
-    def _recur(
-        self, targets: list[FloatArray], known: NDArray[np.bool_], time_s: FloatArray
-    ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_], _Carry]:
-        """The parts that go from sample to sample: lags, memory of transients, lingering of unlearnt commands."""
-        carry, model = self._carry, self.model
-        speeds, unsettled, left, last_s = list(carry.speeds), carry.unsettled, carry.unknown_left, carry.time_s
-        gap_s = GAP_PERIODS * self._period_s
-        out_speed, out_unsettled, out_unknown = [], [], []
-        rows = zip(*(target.tolist() for target in targets), strict=True)
-        for row, is_known, now_s in zip(rows, known.tolist(), time_s.tolist(), strict=True):
-            if abs(now_s - last_s) > gap_s:  # after a restart, another clock may be behind
-                speeds, unsettled = list(row), 1.0
-            last_s = now_s
-            speeds = [
-                speed + gain * (goal - speed) for speed, gain, goal in zip(speeds, self._follow, row, strict=True)
-            ]
-            best = speeds[0]
-            distance = abs(row[0] - best)
-            error = model.spin_up if abs(row[0]) >= abs(best) else model.spin_down
-            unseen = max(distance - error.seen, 0.0)
-            off = error.share * (distance - unseen) + error.unseen_share * unseen
-            for other in speeds[1:]:
-                off = max(off, abs(other - best))
-            unsettled = max(off, self._decay * unsettled)
-            left = max(left - 1, 0) if is_known else self._linger
-            out_speed.append(best)
-            out_unsettled.append(unsettled)
-            out_unknown.append(left > 0)
-        after = _Carry(tuple(speeds), unsettled, left, carry.errors, last_s, carry.pending)
-        return np.array(out_speed), np.array(out_unsettled), np.array(out_unknown), after
+    def _recur(self, targets: list[FloatArray], time_s: FloatArray) -> tuple[FloatArray, FloatArray, _Carry]:
+        """The parts that go from sample to sample: lags, and the memory of transients. Both begin anew after gaps."""
+        steps = time_s - np.concatenate([[self._carry.time_s], time_s[:-1]])
+        gap = np.abs(steps) > GAP_PERIODS * self._period_s  # after a restart, another clock may be behind
+        starts = np.flatnonzero(gap).tolist()
+        speeds, unsettled, parts = self._carry.speeds, self._carry.unsettled, []
+        for start, stop in pairwise(sorted({0, *starts, len(time_s)})):
+            part = [target[start:stop] for target in targets]
+            if start in starts:
+                speeds, unsettled = tuple(float(one[0]) for one in part), FadingMaximum.after(self._settling, 1.0)
+            ways = [followed(*one) for one in zip(part, speeds, self._follow, strict=True)]
+            error, unsettled = unsettled.over(self._error(part[0], ways))
+            speeds = tuple(float(way[-1]) for way in ways)
+            parts.append((ways[0], error))
+        predicted, unsettled_by = parts[0] if len(parts) == 1 else map(np.concatenate, zip(*parts, strict=True))
+        carry = replace(self._carry, speeds=speeds, unsettled=unsettled, time_s=float(time_s[-1]))
+        return predicted, unsettled_by, carry
+
+    def _error(self, target: FloatArray, speeds: list[FloatArray]) -> FloatArray:
+        """(N,) error of the best response on its way to the target: as learnt, or as the alternatives differ."""
+        best, model = speeds[0], self.model
+        distance = np.abs(target - best)
+        faster = np.abs(target) >= np.abs(best)
+        error = np.where(faster, model.spin_up.at(distance), model.spin_down.at(distance))
+        for other in speeds[1:]:
+            error = np.maximum(error, np.abs(other - best))
+        return np.asarray(error)
