@@ -1,0 +1,170 @@
+"""A log gives the findings that the same frames gave live, byte for byte."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from pathlib import Path
+
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from drivers.can.bus_state import BusState
+from drivers.can.frame import CanFrame
+from drivers.can.frame_block import FrameBlock
+from drivers.logs.damage import DamageReport
+from drivers.logs.tlog import read_tlog
+from drivers.mavlink.tests.peer import Peer
+from drivers.readings import LinkState, Reading
+from gateway.config import Config, parse
+from gateway.findings import Finding
+from gateway.pipeline import Arrival, Factories, Now, Pipeline
+from gateway.replay.clocks import on_one_clock
+from gateway.replay.log_input import log_input
+from gateway.replay.session import ReplayResult, grouped, replay
+from gateway.tests.conftest import ThresholdDetector
+from gateway.tests.recorded_dives import (
+    BUSES,
+    MAVLINK,
+    START_S,
+    THRUSTERS,
+    dronecan,
+    settings,
+    telemetry,
+    tlog_record,
+    write_candump,
+    write_tlog,
+)
+from gateway.wiring import can_decoder, mavlink_decoder
+
+FAKES = Factories(thruster=ThresholdDetector)
+SECONDS = 30.0
+TICK_S, LATENESS_S = 0.1, 0.1  # of the running gateway
+BUS_OFF = (0x40, bytes(8))
+RESTARTED = (0x100, bytes(8))
+
+
+def judged(config: Config, arrivals: Iterable[Arrival], factories: Factories) -> list[str]:
+    """The findings of a live run: what comes, as it comes, and the time ten times a second."""
+    pipeline, findings, tick = Pipeline(config, factories), [], 0.0
+    for arrival in arrivals:
+        newest_s = arrival.readings[-1].time_s
+        outcomes = pipeline.take([arrival])
+        if newest_s - tick >= TICK_S:
+            tick = newest_s
+            outcomes += pipeline.take([Now(newest_s - LATENESS_S)])
+        findings += [one.json_line() for one in outcomes if isinstance(one, Finding)]
+    return findings
+
+
+def received(config: Config, frames: Iterable[CanFrame]) -> list[Arrival]:
+    """What a live bus gives, frame by frame; at first, that it is up."""
+    (bus,) = config.can
+    decoder, state, arrivals = can_decoder(bus, config.thruster), BusState(Counter()), []
+    arrivals.append(Arrival(bus.name, [LinkState(START_S, bus.name, True, "")]))
+    for frame in frames:
+        changes = state.changes(FrameBlock.of([frame]))
+        readings: list[Reading] = [LinkState(frame.time_s, bus.name, one.up, one.detail) for one in changes]
+        readings += decoder.decode(frame)
+        if readings:
+            arrivals.append(Arrival(bus.name, readings))
+    return arrivals
+
+
+def replayed(
+    config: Config, logs: Iterable[Path], out: Path, factories: Factories | None = FAKES
+) -> tuple[list[str], ReplayResult]:
+    timed = on_one_clock(grouped([log_input(str(log), config.links()) for log in logs], config), config, {})
+    result = replay(config, timed, out, factories=factories)
+    return out.read_text(encoding="utf-8").splitlines(), result
+
+
+@pytest.fixture
+def out(tmp_path):
+    return tmp_path / "findings.jsonl"
+
+
+@pytest.mark.parametrize("protocol", BUSES)
+def test_a_can_log_gives_the_findings_of_its_dive(protocol, tmp_path, out):
+    config = parse(settings(protocol), tmp_path)
+    frames = list(BUSES[protocol][0](SECONDS))
+    log = write_candump(tmp_path / "dive.log", frames)
+    lines, result = replayed(config, [log], out)
+    assert lines == judged(config, received(config, frames), FAKES)
+    for word in ('"thruster 1", "level": "FAULT"', '"thruster 2 esc", "level": "SUSPECT"'):
+        assert any(word in line for line in lines), word
+    assert result.faulty
+    assert result.duration_s == pytest.approx(SECONDS, abs=0.03)
+
+
+def test_with_the_real_detector_and_in_processes_of_its_own(tmp_path, out):
+    config = parse(settings("dronecan"), tmp_path)
+    frames = list(dronecan(12.0))
+    log = write_candump(tmp_path / "dive.log", frames)
+    wanted = judged(config, received(config, frames), Factories())
+    assert replayed(config, [log], out, None)[0] == wanted
+    assert wanted
+
+
+def with_errors(frames: Iterable[CanFrame], errors: dict[float, tuple[int, bytes]], gap_s: float) -> list[CanFrame]:
+    """Error frames in between; after the first, no data for a while."""
+    first_s = min(errors)
+    data = [one for one in frames if not first_s <= one.time_s - START_S < first_s + gap_s]
+    told = [
+        CanFrame(START_S + time_s, identifier, data, extended=False, error=True)
+        for time_s, (identifier, data) in errors.items()
+    ]
+    return sorted([*data, *told], key=lambda frame: frame.time_s)
+
+
+@pytest.mark.parametrize("errors", [{5.0: BUS_OFF}, {5.0: BUS_OFF, 7.5: RESTARTED}])
+def test_a_bus_that_goes_off_is_told_as_it_was(errors, tmp_path, out):
+    config = parse(settings("dronecan"), tmp_path)
+    frames = with_errors(dronecan(12.0), errors, gap_s=2.8)
+    lines, result = replayed(config, [write_candump(tmp_path / "dive.log", frames)], out)
+    assert lines == judged(config, received(config, frames), FAKES)
+    assert any('"link can0", "level": "SUSPECT"' in line and "bus-off" in line for line in lines)
+    assert result.drops["can0"]["bus-off"] == 1
+
+
+def test_a_mavlink_log_gives_the_findings_of_its_dive(tmp_path, out):
+    config = parse(over_mavlink(), tmp_path)
+    log = write_tlog(tmp_path / "dive.tlog", telemetry(SECONDS))
+    decoder = mavlink_decoder(config.mavlink, config.thruster)
+    readings = [one for batch in read_tlog(log, decoder, DamageReport()) for one in batch]
+    lines, _ = replayed(config, [log], out)
+    assert lines == judged(config, [Arrival("mavlink", [one]) for one in readings], FAKES)
+    assert any('"thruster 1", "level": "FAULT"' in line for line in lines)
+
+
+def over_mavlink() -> str:
+    """Both thrusters commanded and measured by the autopilot."""
+    wired = THRUSTERS.replace('"can0"', '"mavlink"').format(
+        command=("servo_channel = 1", "servo_channel = 2"), rpm=("esc_index = 0", "esc_index = 1")
+    )
+    return '[vehicle]\nname = "Test vehicle"\n' + MAVLINK + wired
+
+
+def test_the_gateway_that_watched_the_dive_is_no_other_program(tmp_path, out):
+    """A ground station logs what it gets: what the gateway of that dive said, too."""
+    config = parse(over_mavlink(), tmp_path)
+    autopilot, companion = Peer(), Peer(component=config.mavlink.component_id)
+    recorded = [(time_s, autopilot.pack(message)) for time_s, message in telemetry(SECONDS)]
+    recorded += [
+        (START_S + n, companion.pack(dialect.MAVLink_statustext_message(4, b"T1 entangled"))) for n in range(30)
+    ]
+    log = tmp_path / "dive.tlog"
+    log.write_bytes(b"".join(tlog_record(*one) for one in sorted(recorded, key=lambda one: one[0])))
+    lines, _ = replayed(config, [log], out)
+    assert lines == replayed(config, [write_tlog(tmp_path / "alone.tlog", telemetry(SECONDS))], out)[0]
+
+
+def test_a_bus_and_an_autopilot_in_two_logs_are_one_dive(tmp_path, out):
+    text = settings("dronecan").replace('"can0", esc_index = 0', '"mavlink", servo_channel = 1', 1) + MAVLINK
+    config = parse(text, tmp_path)
+    frames = list(dronecan(SECONDS))
+    logs = [write_candump(tmp_path / "bus.log", frames), write_tlog(tmp_path / "dive.tlog", telemetry(SECONDS))]
+    lines, _ = replayed(config, logs, out)
+    assert lines == replayed(config, logs[::-1], out)[0]
+    assert any('"thruster 1", "level": "FAULT"' in line for line in lines)
+    assert any('"thruster 2 esc", "level": "SUSPECT"' in line for line in lines)
