@@ -32,9 +32,9 @@ from __future__ import annotations
 import math
 from collections import Counter, deque
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from statistics import median
+from typing import NamedTuple
 
 from detectors.thruster.sample import ThrusterSample
 from gateway.usual_interval import UsualInterval
@@ -62,8 +62,7 @@ def is_time(time_s: float) -> bool:
     return abs(time_s) < TIME_LIMIT_S
 
 
-@dataclass(frozen=True, slots=True)
-class Point:
+class Point(NamedTuple):
     """A value at an instant."""
 
     time_s: float

@@ -108,6 +108,10 @@ class _Ear:
         details = (f"after {self._silence_s:.1f} s",) if self._silence_s else ()
         return self._observation(time_s, Level.NORMAL, "", details) if self._heard else None
 
+    def silent_from_s(self) -> float:
+        """When it will be silent if nothing more comes, or a millisecond before: what is close is to be looked at."""
+        return -math.inf if self._since_s is None else self._since_s + self.watched.limit_s - 0.001
+
     def calm(self, time_s: float) -> bool:
         """Whether there is nothing to say of it for sure."""
         return self._settled and not self.silent(time_s)
@@ -134,6 +138,7 @@ class SilenceWatch:
         for signal in self._signals.values():
             self._by_link[signal.watched.link].append(signal)
         self._states: dict[str, LinkState] = {}
+        self._calm_until_s: dict[str, float] = {}
         self._started = False
 
     @property
@@ -182,6 +187,7 @@ class SilenceWatch:
         if state.up and not self._is_up(state.link):
             self._give_signals_time(state.link, state.time_s)
         self._states[state.link] = state
+        self._calm_until_s.pop(state.link, None)
 
     def wake(self, time_s: float) -> None:
         """Nobody listened until now: silence counts from here."""
@@ -198,9 +204,12 @@ class SilenceWatch:
                 ear.start(time_s)
                 self._give_signals_time(link, time_s)
                 continue
+            if time_s <= self._calm_until_s.get(link, -math.inf) and not disarmed:
+                continue
             yield from _some(ear.observation(time_s, steady, self._trouble(link)))
             if self._is_up(link):
                 yield from self._judge_signals(link, time_s, disarmed, steady)
+            self._look_ahead(link, time_s)
 
     def _lacks_carrier(self, link: Watched, time_s: float) -> bool:
         carrier = link.carrier
@@ -216,6 +225,13 @@ class SilenceWatch:
                 signal.start(time_s)
             else:
                 yield from _some(signal.observation(time_s, steady))
+
+    def _look_ahead(self, link: str, time_s: float) -> None:
+        """Until when there is surely nothing to say: none of them can be silent sooner."""
+        ears = (self._links[link], *self._by_link[link])
+        alone = self._links[link].watched.carrier is None
+        calm = alone and not self._trouble(link) and all(ear.calm(time_s) for ear in ears)
+        self._calm_until_s[link] = min(ear.silent_from_s() for ear in ears) if calm else -math.inf
 
     def _whole(self, part: _Ear) -> _Ear | None:
         return None if part.watched.part_of is None else self._signals[part.watched.part_of]
