@@ -139,11 +139,12 @@ class TimingSearch:
     def __init__(self, grid: TimingGrid, shifted: FloatArray, noise: float) -> None:
         self._grid, self._shifted, self._noise = grid, shifted, noise
         self._views = [_View(pivot, grid.penalty, shifted, noise) for pivot in grid.pivots]
-        close = np.concatenate([_around(pivot.lag) for pivot in grid.pivots])
-        self._lags = np.unique(np.concatenate([grid.lags, close]))
+        self._lags = grid.lags
         self._owner = np.full(len(self._lags), -1)
         self._misfit = np.empty((len(self._lags), len(shifted)))
         self._left = np.empty((*self._misfit.shape, len(grid.penalty)))
+        for pivot in grid.pivots:
+            self._add(_around(pivot.lag))
         least = self._look_closer()
         self.delay = int(least.misfit.argmin())
         self.lag, self._least = float(least.lag[self.delay]), float(least.misfit.min())
@@ -190,8 +191,8 @@ class TimingSearch:
         return _Least(*_vertices(lags, self._misfit[rows, np.arange(len(middle))]), np.ptp(lags, axis=0))
 
     def _add(self, lags: FloatArray) -> None:
-        """Take further lags in."""
-        lags = lags[~np.isin(lags, self._lags)]
+        """Take further lags in; those that are nearly known tell nothing but rounding."""
+        lags = lags[np.abs(lags[:, None] - self._lags).min(axis=1) > 0.25 * CLOSE]
         where = np.searchsorted(self._lags, lags)
         self._lags = np.insert(self._lags, where, lags)
         self._owner = np.insert(self._owner, where, -1)
