@@ -7,6 +7,7 @@ from collections import Counter
 
 AUTOPILOT_COMPONENT = 1  # MAV_COMP_ID_AUTOPILOT1
 AUTOPILOT_INVALID = 8  # MAV_AUTOPILOT_INVALID: ground stations, cameras, companions
+VEHICLES = range(1, 255)  # system ids: 0 means all, and 255 is the ground station's
 HEARTBEAT_LOST_S = 5.0  # heartbeats come once a second
 # whoever was alone for so long is the vehicle that we are on
 KNOWN_S = 10.0
@@ -22,14 +23,14 @@ class AutopilotChoice:
 
     Args:
         configured: MAVLink system id from the configuration; None: find it.
-        drops: counted here: "other autopilot" heartbeats.
+        drops: counted here: heartbeats of an "other autopilot", and of a "system id of no vehicle".
 
     Raises:
         ValueError: `configured` is not in 1..254.
     """
 
     def __init__(self, configured: int | None, drops: Counter[str]) -> None:
-        if configured is not None and not 1 <= configured <= 254:
+        if configured is not None and configured not in VEHICLES:
             raise ValueError(f"autopilot_system must lie in 1..254, got {configured}")
         self._configured = configured
         self._drops = drops
@@ -44,6 +45,9 @@ class AutopilotChoice:
 
     def heartbeat(self, system_id: int, time_s: float) -> None:
         """Take the HEARTBEAT of an autopilot and choose anew: `system_id` is None while there is a conflict."""
+        if system_id not in VEHICLES:  # nobody can be asked for anything by such an id
+            self._drops["system id of no vehicle"] += 1
+            return
         if self._configured is not None:
             if system_id != self._configured:
                 self._drops["other autopilot"] += 1
