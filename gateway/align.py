@@ -93,8 +93,11 @@ class HeldCommand:
             return None
         if interval_s > self.stale_s:
             self._points.clear()  # what was told in between is not known
-        self._points.append(Point(time_s, value))
-        self.forget_before(time_s - self.keep_s)
+        points = self._points
+        points.append(Point(time_s, value))
+        oldest_s = time_s - self.keep_s
+        while len(points) > 1 and points[1].time_s <= oldest_s:  # as `forget_before`, for every command
+            points.popleft()
         return interval_s
 
     def mean(self, start_s: float, end_s: float) -> float | None:

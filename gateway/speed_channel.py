@@ -86,9 +86,10 @@ class SpeedChannel(Channel[PoseSample]):
         self._meaning = _meaning(pushing)
         self._settings = f"{_fingerprint(settings)} {speed.model_dump_json()}"
 
-    def command(self, time_s: float, thruster: int, fraction: float) -> None:
-        """Takes a thruster's command."""
-        self._aligner.demand.command(time_s, thruster, fraction)
+    @property
+    def demand(self) -> ThrustDemand:
+        """What takes the thrusters' commands."""
+        return self._aligner.demand
 
     def remark(self) -> str:
         """Where positions come from."""
@@ -122,7 +123,7 @@ class SpeedChannel(Channel[PoseSample]):
     def _align(self, reading: Reading) -> tuple[Sequence[PoseSample], str | None]:
         match reading:
             case ThrusterCommand():
-                self.command(reading.time_s, reading.thruster, reading.fraction)
+                self.demand.command(reading.time_s, reading.thruster, reading.fraction)
             case Attitude():
                 return self._aligner.attitude(reading), HEADING
             case LocalPosition() | GlobalPosition() | PositionFix():

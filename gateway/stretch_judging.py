@@ -28,6 +28,7 @@ from gateway.silence import SilenceWatch
 from gateway.speed_channel import SpeedChannel
 from gateway.stretch import RankedColumns, Stretch
 from gateway.supervisor import Supervisor
+from gateway.thrust import ThrustDemand, thrust
 from gateway.thruster_channel import JudgedColumns, ThrusterChannel
 from gateway.timeline import TICKS_PER_S, Timeline
 
@@ -36,6 +37,7 @@ FloatArray: TypeAlias = NDArray[np.float64]
 Taken: TypeAlias = tuple[tuple[Channel[Any], Aligned], ...]
 Single: TypeAlias = tuple[int, str, Reading]  # rank, link, reading
 Said: TypeAlias = Iterable[Any]
+Append: TypeAlias = Callable[[float, float], object]
 _Judged: TypeAlias = tuple[ThrusterChannel, JudgedColumns, IndexArray]  # and the rank of each judgement
 Happening: TypeAlias = tuple[int, Callable[[], Said]]  # rank of the reading, what then happens
 
@@ -203,26 +205,26 @@ def _with_commands(
     channel: SpeedChannel, several: Sequence[RankedColumns], few: Sequence[Single]
 ) -> Iterator[tuple[Single, Aligned]]:
     """The same where commands, which are many, only have to be held until something else comes."""
-    commands = sorted(
-        command
-        for one in several
-        if isinstance(one.columns, CommandColumns)
-        for command in zip(
-            one.rank.tolist(),
-            one.columns.time_s.tolist(),
-            repeat(one.columns.thruster),
-            one.columns.fraction.tolist(),
-            strict=False,
-        )
-    )
-    place = 0
-    for single in (*few, None):
-        rank = inf if single is None else single[0]
-        while place < len(commands) and commands[place][0] < rank:
-            channel.command(*commands[place][1:])
-            place += 1
-        if single is not None:
-            yield single, channel.align(single[2])
+    commands = sorted((command for one in several for command in _thrusts(channel.demand, one)), key=itemgetter(0))
+    waiting = iter([*commands, (inf, 0.0, 0.0, None)])
+    rank, time_s, value, append = next(waiting)
+    for single in few:
+        while append is not None and rank < single[0]:
+            append(time_s, value)
+            rank, time_s, value, append = next(waiting)
+        yield single, channel.align(single[2])
+    while append is not None:
+        append(time_s, value)
+        rank, time_s, value, append = next(waiting)
+
+
+def _thrusts(demand: ThrustDemand, one: RankedColumns) -> Iterable[tuple[int, float, float, Append]]:
+    columns = one.columns
+    if not isinstance(columns, CommandColumns):
+        return ()
+    append = demand.held(columns.thruster).append
+    values = thrust(columns.fraction).tolist()
+    return zip(one.rank.tolist(), columns.time_s.tolist(), values, repeat(append), strict=False)
 
 
 def _routed(stretch: Stretch, parts: Parts) -> defaultdict[str, list[RankedColumns]]:

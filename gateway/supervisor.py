@@ -266,7 +266,7 @@ class Supervisor:
         return said
 
     def _intervene(self, time_s: float) -> list[Outgoing]:
-        faulty = any(subject.level is Level.FAULT for subject in self._subjects.values())
+        faulty = Level.FAULT in [subject.level for subject in self._subjects.values()]
         if not faulty and self._intervention.state is State.IDLE:
             return []
         wanted = plan(list(self._subjects.values()), self._settings.geometry, self._kind)

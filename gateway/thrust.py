@@ -5,6 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import copysign, sqrt
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from gateway.align import HeldCommand
 
@@ -27,6 +31,14 @@ class Shares:
         for name in self.__slots__:
             if not -1.0 <= getattr(self, name) <= 1.0:
                 raise ValueError(f"{name} = {getattr(self, name)!r}: want a share from -1 to 1")
+
+
+FractionT = TypeVar("FractionT", float, NDArray[np.float64])
+
+
+def thrust(fraction: FractionT) -> FractionT:
+    """Share of the full thrust that a command makes, -1 to 1."""
+    return fraction * abs(fraction)
 
 
 class ThrustDemand:
@@ -53,7 +65,11 @@ class ThrustDemand:
 
     def command(self, time_s: float, thruster: int, fraction: float) -> None:
         """Takes a command, -1 to 1, that holds from `time_s` on; one that is older than the last is ignored."""
-        self._thrusts[thruster].append(time_s, fraction * abs(fraction))
+        self._thrusts[thruster].append(time_s, thrust(fraction))
+
+    def held(self, thruster: int) -> HeldCommand:
+        """The thrusts of one thruster, see `thrust`: who has many commands at once gives them to it."""
+        return self._thrusts[thruster]
 
     def over(self, start_s: float, end_s: float) -> tuple[float | None, float]:
         """Commands ahead and to the right over the time from `start_s` to `end_s`, which is later by up to `KEPT_S`.

@@ -133,8 +133,8 @@ class ThrusterChannel(Channel[ThrusterSample]):
         """Takes a stretch of its readings, as `align_columns` does, and judges the samples that they complete.
 
         Returns:
-            None, and nothing was taken, where they have to be taken one by one. `newest` is for the caller to set: the
-            detector may still be at work.
+            None, and nothing was taken, where they have to be taken one by one. `newest` is for the caller to set,
+            for the detector may still be at work.
         """
         samples = align_columns(self._aligner, commands, reports, commands_before)
         if samples is None:
