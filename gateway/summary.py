@@ -37,9 +37,9 @@ class Summary:
         """For the log."""
         return [
             f"ran for {self.duration_s:.1f} s, judging at most {self.behind_max_s:.1f} s behind",
-            f"received: {_listed(self.frames)}",
-            *(f"dropped at {place}: {_listed(causes)}" for place, causes in self.drops.items() if causes),
-            f"findings: {_listed(self.findings)}",
+            f"received: {listed(self.frames)}",
+            *(f"dropped at {place}: {listed(causes)}" for place, causes in self.drops.items() if causes),
+            f"findings: {listed(self.findings)}",
             f"levels: {worst_first(self.levels)}",
             *(f"{subject}: {remark}" for subject, remark in self.remarks.items()),
             *([f"never judged: {', '.join(self.unjudged)}"] if self.unjudged else []),
@@ -56,5 +56,6 @@ def worst_first(levels: Mapping[str, Level]) -> str:
     return told if len(named) == len(levels) else f"{told}, all others NORMAL"
 
 
-def _listed(counts: Counter[str]) -> str:
+def listed(counts: Counter[str]) -> str:
+    """What was counted, by name."""
     return ", ".join(f"{name} {count}" for name, count in sorted(counts.items())) or "none"

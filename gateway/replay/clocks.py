@@ -12,7 +12,8 @@ from pathlib import Path
 from gateway.config import Config
 from gateway.log_clocks import log_offset
 from gateway.log_trace import LogTrace
-from gateway.replay.log_readings import Blocks, LogReadings
+from gateway.replay.log_clock import Blocks
+from gateway.replay.log_readings import LogReadings
 
 # of a log, what its clock is found by: long enough to see it drift
 TRACE_S = 900.0

@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Sequence
+from contextlib import suppress
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,8 +21,8 @@ from gateway.replay.log_input import LogInput, log_input
 from gateway.severity import Severity
 
 if TYPE_CHECKING:
+    from gateway.replay.result import ReplayResult
     from gateway.replay.session import Progress as Place
-    from gateway.replay.session import ReplayResult
 
 FINDINGS, SUMMARY = "findings.jsonl", "summary.txt"
 CLEAN, FAULTS, FAILED = 0, 1, 2
@@ -61,32 +63,45 @@ def replay(config: Path, log: tuple[str, ...], out: Path, offsets: tuple[str, ..
     try:
         out.mkdir(parents=True, exist_ok=True)
         least = Severity.INFO if verbose else Severity.NOTICE
-        result = _replayed(load(config), log, offsets, out, console, least)
+        result, found = _replayed(load(config), log, offsets, out, console, least)
+        lines = result.lines()
+        (out / SUMMARY).write_text("\n".join([*lines, "", *found]) + "\n", encoding="utf-8")
     except (ConfigError, ValueError, OSError) as error:
-        click.echo(f"Error: {error}", err=True)
-        raise click.exceptions.Exit(FAILED) from error
-    lines = result.lines()
-    (out / SUMMARY).write_text("\n".join(lines) + "\n", encoding="utf-8")
+        raise _failed(_words(error)) from error
     for line in lines:
         console.print(line, highlight=False, markup=False, soft_wrap=True)
     if result.begin_s is None:
-        click.echo("Error: nothing in these logs is of a link of the configuration", err=True)
-        raise click.exceptions.Exit(FAILED)
+        raise _failed("nothing in these logs is of a link of the configuration")
     raise click.exceptions.Exit(FAULTS if result.faulty else CLEAN)
+
+
+def _failed(reason: str) -> click.exceptions.Exit:
+    click.echo(f"Error: {reason}", err=True)
+    return click.exceptions.Exit(FAILED)
+
+
+def _words(error: Exception) -> str:
+    if isinstance(error, OSError) and error.filename is not None:
+        return f"{error.filename}: {error.strerror}"
+    return str(error)
 
 
 def _replayed(
     config: Config, logs: tuple[str, ...], offsets: tuple[str, ...], out: Path, console: Console, least: Severity
-) -> ReplayResult:
+) -> tuple[ReplayResult, list[str]]:
+    """What a replay came to, and what it has found, in lines."""
     # with all detectors and log readers: no other command should wait for them
+    from gateway.outlet import NOTES
     from gateway.replay.clocks import on_one_clock
-    from gateway.replay.session import grouped
+    from gateway.replay.grouping import grouped
     from gateway.replay.session import replay as replay_logs
 
     inputs = [log_input(one, config.links()) for one in logs]
-    timed = on_one_clock(grouped(inputs, config), config, _offsets_s(offsets, inputs))
-    columns = (SpinnerColumn(), TextColumn("{task.description}"))
+    given_s = _offsets_s(offsets, inputs)
+    timed = on_one_clock(grouped(inputs, config, given_s), config, given_s)
+    found: list[str] = []
     begin_s = time.perf_counter()
+    columns = (SpinnerColumn(), TextColumn("{task.description}"))
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("reading")
 
@@ -95,9 +110,10 @@ def _replayed(
             bar.update(task, description=f"{_clock(place.dive_s)} of the dive, {speed:.0f} times real time")
             for finding in place.findings:
                 if finding.severity <= least:
-                    _print(bar.console, finding)
+                    found.append(_line(finding, place.begin_s, note=finding.detector in NOTES))
+                    bar.console.print(found[-1], style=_STYLES.get(finding.severity), highlight=False, markup=False)
 
-        return replay_logs(config, timed, out / FINDINGS, show, jobs=os.cpu_count() or 1)
+        return replay_logs(config, timed, out / FINDINGS, show, jobs=os.cpu_count() or 1), found
 
 
 def _offsets_s(offsets: tuple[str, ...], logs: Sequence[LogInput]) -> dict[Path, float]:
@@ -109,22 +125,29 @@ def _offsets_s(offsets: tuple[str, ...], logs: Sequence[LogInput]) -> dict[Path,
     given_s: dict[Path, float] = {}
     for text in offsets:
         name, _, number = text.rpartition("=")
-        path = next((log.path for log in logs if name in (str(log.path), log.path.name)), None)
-        if path is None:
+        named = {log.path for log in logs if name in (str(log.path), log.path.name)}
+        if len(named) != 1:
             raise ValueError(f"--offset {text}: want LOG=SECONDS, of {', '.join(str(log.path) for log in logs)}")
-        try:
-            given_s[path] = float(number)
-        except ValueError:
-            raise ValueError(f"--offset {text}: {number!r} is no number of seconds") from None
+        given_s[named.pop()] = _seconds(text, number)
     return given_s
 
 
-def _print(console: Console, finding: Finding) -> None:
-    style = {Severity.CRITICAL: "bold red", Severity.ERROR: "red", Severity.WARNING: "yellow"}.get(finding.severity)
-    text = f"{finding.time_s:.2f} {finding.level.name:7} {finding.text}"
-    console.print(text, style=style, highlight=False, markup=False, soft_wrap=True)
+def _seconds(text: str, number: str) -> float:
+    with suppress(ValueError):
+        if isfinite(seconds := float(number)):
+            return seconds
+    raise ValueError(f"--offset {text}: {number!r} is no number of seconds")
+
+
+_STYLES = {Severity.CRITICAL: "bold red", Severity.ERROR: "red", Severity.WARNING: "yellow"}
+
+
+def _line(finding: Finding, begin_s: float, note: bool) -> str:
+    """With its time since the beginning. A note says how what was asked went, and not how well the vehicle is."""
+    level = "" if note else finding.level.name
+    return f"{_clock(finding.time_s - begin_s)} {level:7} {finding.text}"
 
 
 def _clock(seconds: float) -> str:
-    minutes, second = divmod(int(seconds), 60)
+    minutes, second = divmod(int(max(seconds, 0.0)), 60)
     return f"{minutes // 60}:{minutes % 60:02}:{second:02}"

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from math import inf
+from pathlib import Path
 
 from drivers.logs.can_log import open_can_log
 from drivers.logs.damage import DamageReport
@@ -16,10 +18,9 @@ from gateway.config import Config
 from gateway.config_sections import MAVLINK, CanBus, Mavlink
 from gateway.forwarded_bus import ForwardedDecoder
 from gateway.replay.bus_readings import BusReadings
+from gateway.replay.log_clock import BACK_S, Blocks, LogClock, SetBack
 from gateway.replay.log_input import LogInput, LogKind
 from gateway.wiring import mavlink_decoder, mavlink_thrusters
-
-Blocks = Iterator[tuple[str, ReadingBlock]]
 
 
 class LogReadings:
@@ -32,6 +33,7 @@ class LogReadings:
     Attributes:
         damage: of each log, what was lost of it.
         unused: frames of interfaces that no link of the configuration is for, by interface.
+        set_back: of each log, where its clock was.
 
     Raises:
         ValueError: the configuration has no link that such a log could be of.
@@ -41,6 +43,7 @@ class LogReadings:
         self.logs, self._config = tuple(logs), config
         self.damage = {log.path: DamageReport() for log in logs}
         self.unused: Counter[str] = Counter()
+        self.set_back: dict[Path, list[SetBack]] = {}
         self._drops: dict[str, Counter[str]] = {}
         self._read: dict[str, BusReadings] = {}
         self._buses: dict[str, CanBus | None] = {}
@@ -66,10 +69,30 @@ class LogReadings:
 
         Raises:
             OSError: a log cannot be read.
-            ValueError: it is not of its kind.
+            ValueError: it is not of its kind, or begins before the one before it ends.
         """
+        end_s = -inf
         for log in self.logs:
-            yield from self._can(log) if log.kind is LogKind.CAN else self._mavlink(log)
+            clock = LogClock()
+            self.set_back[log.path] = clock.set_back
+            for link, block in clock.going_on(self._read_log(log)):
+                if clock.begin_s < end_s - BACK_S:
+                    raise ValueError(f"{log.path} begins before the log before it ends: replay one of them")
+                yield link, block
+            end_s = max(end_s, clock.end_s)
+
+    def beginning(self) -> tuple[frozenset[str], float]:
+        """Of the first log, its links as its beginning shows them, and when that is; infinity where it is empty."""
+        begins_s: dict[str, float] = {}
+        for link, block in self._read_log(self.logs[0]):
+            if link in begins_s:
+                break
+            if block:
+                begins_s[link] = float(block.times()[1][0])
+        return frozenset(begins_s), min(begins_s.values(), default=inf)
+
+    def _read_log(self, log: LogInput) -> Blocks:
+        return self._can(log) if log.kind is LogKind.CAN else self._mavlink(log)
 
     def _can(self, log: LogInput) -> Blocks:
         for interface, frames in open_can_log(log.path, self.damage[log.path]):

@@ -5,97 +5,35 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
-from itertools import groupby
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
-from detectors.verdict import Level
 from gateway.config import Config
 from gateway.findings import Finding, FindingsFile
 from gateway.outlet import NOTES
 from gateway.pipeline import Factories, Pipeline
 from gateway.replay.clocks import TimedLog
 from gateway.replay.detector_processes import detector_processes
-from gateway.replay.log_input import LogInput
-from gateway.replay.log_readings import LogReadings
 from gateway.replay.merging import stretches
 from gateway.replay.prefetch import prefetched
-from gateway.summary import worst_first
-
-
-@dataclass(slots=True)
-class ReplayResult:
-    """What a replay came to.
-
-    Attributes:
-        begin_s, end_s: times of the first and the last reading; None: there was none.
-        findings: their number, by level.
-        levels: last level of every subject.
-        remarks: what is worth saying beside; unjudged: subjects of which there was never a sample.
-        drops: what was thrown away, by link or stage, by cause.
-        logs: of each by its name, in lines: what was read, by which clock, and what could not be read.
-        unused: frames of interfaces that no link is for.
-    """
-
-    begin_s: float | None = None
-    end_s: float | None = None
-    findings: Counter[str] = field(default_factory=Counter)
-    levels: dict[str, Level] = field(default_factory=dict)
-    remarks: dict[str, str] = field(default_factory=dict)
-    unjudged: list[str] = field(default_factory=list)
-    drops: dict[str, Counter[str]] = field(default_factory=dict)
-    logs: dict[str, list[str]] = field(default_factory=dict)
-    unused: Counter[str] = field(default_factory=Counter)
-
-    @property
-    def duration_s(self) -> float:
-        """Of the dive."""
-        return 0.0 if self.begin_s is None or self.end_s is None else self.end_s - self.begin_s
-
-    @property
-    def faulty(self) -> bool:
-        """Whether something was found."""
-        return bool(self.findings[Level.FAULT.name])
-
-    def lines(self) -> list[str]:
-        """For people."""
-        return [
-            f"replayed {self.duration_s:.1f} s of the dive",
-            *(f"{name}: {line}" for name, lines in self.logs.items() for line in lines),
-            *(
-                f"{interface}: {count} frames, and no link is for them: name the link, LINK=LOG"
-                for interface, count in self.unused.items()
-            ),
-            *(f"dropped at {place}: {_listed(causes)}" for place, causes in self.drops.items() if causes),
-            f"findings: {_listed(self.findings)}",
-            f"levels: {worst_first(self.levels)}",
-            *(f"{subject}: {remark}" for subject, remark in self.remarks.items()),
-            *([f"never judged: {', '.join(self.unjudged)}"] if self.unjudged else []),
-        ]
+from gateway.replay.result import ReplayResult, told
 
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """How far a replay is: the time of the dive, from its beginning, and what was found since the last time."""
+    """How far a replay is.
 
+    Attributes:
+        begin_s: of the dive.
+        dive_s: from there.
+        findings: what was found since the last time.
+    """
+
+    begin_s: float
     dive_s: float
     findings: Sequence[Finding]
-
-
-def grouped(logs: Iterable[LogInput], config: Config) -> list[LogReadings]:
-    """Logs of one kind and link follow each other, in the order in which they are named.
-
-    Raises:
-        ValueError: the configuration has no link that a log could be of.
-    """
-    ordered = sorted(logs, key=_group)
-    return [LogReadings(list(several), config) for _, several in groupby(ordered, key=_group)]
-
-
-def _group(log: LogInput) -> tuple[str, str]:
-    return log.kind, log.link or ""
 
 
 def replay(
@@ -132,11 +70,9 @@ def replay(
             found = [one for one in pipeline.take_stretch(arrivals) if isinstance(one, Finding)]
             for finding in found:
                 file.append(finding)
-            times_s = [time_s for arrival in arrivals for time_s in arrival.readings.times()[1][[0, -1]].tolist()]
-            result.begin_s = min(times_s) if result.begin_s is None else result.begin_s
-            result.end_s = max([*times_s, result.begin_s if result.end_s is None else result.end_s])
+            result.cover(arrivals)
             result.findings += Counter(one.level.name for one in found if one.detector not in NOTES)
-            progress(Progress(result.duration_s, found))
+            progress(Progress(result.begin_s or 0.0, result.duration_s, found))
         _account(result, pipeline, logs)
     return result
 
@@ -164,11 +100,8 @@ def _account(result: ReplayResult, pipeline: Pipeline, logs: Iterable[TimedLog])
         result.drops |= one.readings.drops()
         result.unused += one.readings.unused
         for path, damage in one.readings.damage.items():
-            told = [f"clock {one.remark}"] if one.remark else []
+            clock = [f"clock {one.remark}"] if one.remark else []
+            set_back = [told(step) for step in one.readings.set_back.get(path, ())]
             lost = [f"lost, {line}" for line in damage.lines()]
-            result.logs[path.name] = [f"{damage.records} records", *told, *lost]
+            result.logs[str(path)] = [f"{damage.records} records", *clock, *set_back, *lost]
     result.drops["pipeline"] = pipeline.drops()
-
-
-def _listed(counts: Counter[str]) -> str:
-    return ", ".join(f"{name} {count}" for name, count in sorted(counts.items())) or "none"

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -20,8 +22,10 @@ from gateway.config import Config, parse
 from gateway.findings import Finding
 from gateway.pipeline import Arrival, Factories, Now, Pipeline
 from gateway.replay.clocks import on_one_clock
+from gateway.replay.grouping import grouped
 from gateway.replay.log_input import log_input
-from gateway.replay.session import ReplayResult, grouped, replay
+from gateway.replay.result import ReplayResult
+from gateway.replay.session import replay
 from gateway.tests.conftest import ThresholdDetector
 from gateway.tests.recorded_dives import (
     BUSES,
@@ -168,3 +172,66 @@ def test_a_bus_and_an_autopilot_in_two_logs_are_one_dive(tmp_path, out):
     assert lines == replayed(config, logs[::-1], out)[0]
     assert any('"thruster 1", "level": "FAULT"' in line for line in lines)
     assert any('"thruster 2 esc", "level": "SUSPECT"' in line for line in lines)
+
+
+# Logs that go on one another, and clocks that were set ---------------------------------------------
+
+
+def test_a_bus_each_in_a_log_of_its_own(tmp_path, out):
+    text = settings("dronecan").replace("\n[[thruster]]", SECOND_BUS + "\n[[thruster]]", 1)
+    config = parse(text.replace('rpm = { link = "can0"', 'rpm = { link = "can1"'), tmp_path)
+    frames = list(dronecan(SECONDS))
+    commands = write_candump(tmp_path / "a.log", [one for one in frames if one.identifier & 0x7F == 10])
+    statuses = [one for one in frames if one.identifier & 0x7F != 10]
+    lines, _ = replayed(config, [write_candump(tmp_path / "b.log", statuses, "can1"), commands], out)
+    assert any('"thruster 1", "level": "FAULT"' in line for line in lines)
+
+
+SECOND_BUS = '\n[[can]]\nname = "can1"\ninterface = "virtual"\nchannel = "can1"\nprotocol = "dronecan"\n'
+
+
+def test_parts_of_a_log_in_any_order_are_the_log(tmp_path, out):
+    config = parse(settings("dronecan"), tmp_path)
+    frames = list(dronecan(SECONDS))
+    cuts = [(0, 700), (700, 8000), (8000, None)]
+    parts = [write_candump(tmp_path / f"{n}.log", frames[a:b]) for n, (a, b) in enumerate(cuts)]
+    lines, _ = replayed(config, [parts[1], parts[2], parts[0]], out)
+    assert lines == replayed(config, [write_candump(tmp_path / "whole.log", frames)], out)[0]
+
+
+def test_two_logs_of_the_same_time_and_link_are_refused(tmp_path, out):
+    config = parse(settings("dronecan"), tmp_path)
+    logs = [write_candump(tmp_path / f"{name}.log", dronecan(5.0)) for name in "ab"]
+    with pytest.raises(ValueError, match=r"b\.log begins before the log before it ends: replay one of them"):
+        replayed(config, logs, out)
+
+
+@pytest.mark.parametrize("by_s", [-5.0, -300.0, -86400.0])
+def test_after_a_clock_was_set_back_the_dive_goes_on(by_s, tmp_path, out):
+    config = parse(settings("dronecan"), tmp_path)
+    frames = list(dronecan(SECONDS))
+    half = len(frames) // 2
+    later = [replace(one, time_s=round(one.time_s + by_s, 6)) for one in frames[half:]]
+    lines, result = replayed(config, [write_candump(tmp_path / "set.log", [*frames[:half], *later])], out)
+    wanted, _ = replayed(config, [write_candump(tmp_path / "right.log", frames)], out)
+    assert [text_of(line) for line in lines] == [text_of(line) for line in wanted]
+    assert any("set back by" in line for line in result.lines())
+
+
+def text_of(line: str) -> str:
+    """Who is how, without the numbers: the clock was set between two frames, whose distance is not known."""
+    finding = json.loads(line)
+    return f"{finding['subject']} {finding['level']}"
+
+
+@pytest.mark.parametrize("pause_s", [4.0, 90.0, 700.0, 86400.0])
+def test_a_pause_is_no_silence_and_ends_nothing(pause_s, tmp_path, out):
+    """A recording that was stopped and begun again, or two dives in one file."""
+    config = parse(settings("dronecan"), tmp_path)
+    frames = list(dronecan(SECONDS))
+    at_s = START_S + 17.0
+    later = [replace(one, time_s=one.time_s + pause_s) if one.time_s >= at_s else one for one in frames]
+    lines, result = replayed(config, [write_candump(tmp_path / "dive.log", later)], out)
+    assert lines == judged(config, received(config, later), FAKES)
+    assert not any("silent 4" in line or '"link can0", "level": "SUSPECT"' in line for line in lines)
+    assert result.drops["pipeline"]["time far from the last"] == (4 if pause_s > 600.0 else 0)

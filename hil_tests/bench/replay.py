@@ -14,8 +14,8 @@ from rich.table import Table
 
 from gateway.config import load
 from gateway.replay.clocks import on_one_clock
+from gateway.replay.grouping import grouped
 from gateway.replay.log_input import log_input
-from gateway.replay.session import grouped
 from gateway.replay.session import replay as replay_logs
 from hil_tests.bench.dive_log import RATE_HZ, THRUSTERS, write_candump, write_config, write_tlog
 from hil_tests.bench.figures import console_beside, shared_options, write

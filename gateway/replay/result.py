@@ -1,0 +1,89 @@
+"""What a replay came to, in lines for whoever asked for it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+
+from detectors.verdict import Level
+from gateway.replay.log_clock import SetBack
+from gateway.stretch import BlockArrival
+from gateway.summary import listed, worst_first
+from gateway.timeline import STILL_S
+
+# before it, a clock was never set, or counts from some start of its own
+UNIX_SINCE_S = datetime(1990, 1, 1, tzinfo=UTC).timestamp()
+
+
+@dataclass(slots=True)
+class ReplayResult:
+    """What a replay came to.
+
+    Attributes:
+        begin_s, end_s: times of the first and the last reading; None: there was none.
+        duration_s: of the dive, without the pauses of the recording.
+        findings: their number, by level.
+        levels: last level of every subject.
+        remarks: what is worth saying beside; unjudged: subjects of which there was never a sample.
+        drops: what was thrown away, by link or stage, by cause.
+        logs: of each by its name, in lines: what was read, by which clock, and what could not be read.
+        unused: frames of interfaces that no link is for.
+    """
+
+    begin_s: float | None = None
+    end_s: float | None = None
+    duration_s: float = 0.0
+    findings: Counter[str] = field(default_factory=Counter)
+    levels: dict[str, Level] = field(default_factory=dict)
+    remarks: dict[str, str] = field(default_factory=dict)
+    unjudged: list[str] = field(default_factory=list)
+    drops: dict[str, Counter[str]] = field(default_factory=dict)
+    logs: dict[str, list[str]] = field(default_factory=dict)
+    unused: Counter[str] = field(default_factory=Counter)
+
+    @property
+    def faulty(self) -> bool:
+        """Whether something was found."""
+        return bool(self.findings[Level.FAULT.name])
+
+    def cover(self, arrivals: Sequence[BlockArrival]) -> None:
+        """Takes the times of a stretch that was judged."""
+        several_s = [arrival.readings.times()[1] for arrival in arrivals]
+        first_s, last_s = min(float(one.min()) for one in several_s), max(float(one.max()) for one in several_s)
+        if self.begin_s is None or self.end_s is None:
+            self.begin_s = self.end_s = first_s
+        if last_s > self.end_s:
+            pause_s = first_s - self.end_s
+            self.duration_s += last_s - (first_s if pause_s > STILL_S else self.end_s)
+            self.end_s = last_s
+
+    def lines(self) -> list[str]:
+        """For people."""
+        begin = "" if self.begin_s is None else f", from {instant(self.begin_s)} on"
+        return [
+            f"replayed {self.duration_s:.1f} s of the dive{begin}",
+            *(f"{name}: {line}" for name, lines in self.logs.items() for line in lines),
+            *(
+                f"{interface}: {count} frames, and no link is for them: name the link, LINK=LOG"
+                for interface, count in self.unused.items()
+            ),
+            *(f"dropped at {place}: {listed(causes)}" for place, causes in self.drops.items() if causes),
+            f"findings: {listed(self.findings)}",
+            f"levels: {worst_first(self.levels)}",
+            *(f"{subject}: {remark}" for subject, remark in self.remarks.items()),
+            *([f"never judged: {', '.join(self.unjudged)}"] if self.unjudged else []),
+        ]
+
+
+def instant(time_s: float) -> str:
+    """A time of a log: a date where it is one."""
+    if time_s < UNIX_SINCE_S:
+        return f"{time_s:.1f} s by the log"
+    return f"{datetime.fromtimestamp(time_s, UTC):%Y-%m-%d %H:%M:%S} UTC"
+
+
+def told(step: SetBack) -> str:
+    """Of a clock that was set back, for the user."""
+    return f"clock set back by {step.by_s:.1f} s at {instant(step.at_s)}: what follows is told that much later"
