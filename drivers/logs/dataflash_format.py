@@ -112,19 +112,24 @@ class Records:
         """Whether the type has all these fields, as numbers."""
         return all(self.format.divisors.get(name) for name in names)
 
+    def has_texts(self, name: str) -> bool:
+        """Whether the type has this field, as letters."""
+        return name in self.format.divisors and self.format.dtype[name].kind == "S"
+
     def numbers(self, name: str) -> FloatArray:
         """(N,) a field in the unit that its name is documented in."""
         with np.errstate(invalid="ignore"):  # of the many NaN, numpy warns of some
-            column: FloatArray = self.rows[name].astype(np.float64)
-        return column / self.format.divisors[name]
+            column: FloatArray = self.rows[name].astype(np.float64) / self.format.divisors[name]
+        return column
 
     def columns(self, *names: str) -> FloatArray:
         """(N, number of names) several fields."""
         return np.column_stack([self.numbers(name) for name in names])
 
     def integers(self, name: str) -> NDArray[np.int64]:
-        """(N,) a field as it stands in the log."""
-        column: NDArray[np.int64] = self.rows[name].astype(np.int64)
+        """(N,) a field as it stands in the log; anything, where a damaged format has made it one of fractions."""
+        with np.errstate(invalid="ignore"):
+            column: NDArray[np.int64] = self.rows[name].astype(np.int64)
         return column
 
     def texts(self, name: str) -> list[str]:

@@ -109,7 +109,7 @@ def _offsets(records: Records) -> FloatArray:
 
 def _vehicle_type(parts: Iterable[Records]) -> int:
     for records in parts:
-        for text in records.texts("Message") if "Message" in records.format.divisors else ():
+        for text in records.texts("Message") if records.has_texts("Message") else ():
             kind = VEHICLE_TYPES.get(text.partition(" ")[0])
             if kind is not None:
                 return kind
@@ -120,7 +120,7 @@ def _parameters(parts: Iterable[Records]) -> dict[str, float]:
     """The first value of each, which is the one that the log began with."""
     values: dict[str, float] = {}
     for records in parts:
-        if records.has("Value") and "Name" in records.format.divisors:
+        if records.has("Value") and records.has_texts("Name"):
             for name, value in zip(records.texts("Name"), records.numbers("Value").tolist(), strict=True):
                 values.setdefault(name, value)
     return values

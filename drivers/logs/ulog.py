@@ -20,7 +20,7 @@ from drivers.logs.kinds import HEAD_BYTES, looks_like
 from drivers.logs.plausible import refuse_at
 from drivers.logs.stamped import DISORDER_S, Stamped, TimeOrder, credible, reached_s
 from drivers.logs.ulog_format import MAGIC
-from drivers.logs.ulog_segments import SegmentReader
+from drivers.logs.ulog_segments import SegmentReader, UnreadableLogError
 from drivers.logs.ulog_survey import STATUS, Survey, survey
 from drivers.logs.ulog_thrusters import UlogThrusters
 from drivers.logs.ulog_topics import Topic, read_topics
@@ -71,8 +71,7 @@ def read_ulog(
         ValueError: it is no PX4 log, or a newer one that nobody here knows how to read.
     """
     with path.open("rb") as file:
-        _check(path, file)
-        yield from _Reader(survey(file), thrusters, damage, navigation).batches(_rewound(file))
+        yield from _Reader(_surveyed(path, file), thrusters, damage, navigation).batches(_rewound(file))
 
 
 def ulog_clock(path: Path) -> BootClock:
@@ -82,15 +81,17 @@ def ulog_clock(path: Path) -> BootClock:
         OSError, ValueError: as `read_ulog`.
     """
     with path.open("rb") as file:
-        _check(path, file)
-        return survey(file).clock
+        return _surveyed(path, file).clock
 
 
-def _check(path: Path, file: BinaryIO) -> None:
+def _surveyed(path: Path, file: BinaryIO) -> Survey:
     head = file.read(HEAD_BYTES)
     if not head.startswith(MAGIC):
         raise ValueError(f"{path}: want a PX4 log (.ulg), this is {looks_like(head)}")
-    _rewound(file)
+    try:
+        return survey(_rewound(file))
+    except UnreadableLogError as error:
+        raise ValueError(f"{path}: {error}") from error
 
 
 def _rewound(file: BinaryIO) -> BinaryIO:

@@ -14,7 +14,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 MAGIC = b"ULog\x01\x12\x35"
-FILE_HEADER_BYTES = 16
+VERSION = 1
+TIME_BYTES = 8
+FILE_HEADER_BYTES = len(MAGIC) + 1 + TIME_BYTES
 HEAD = struct.Struct("<HB")
 SYNC = bytes((0x2F, 0x73, 0x13, 0x20, 0x25, 0x0C, 0xBB, 0x12))
 

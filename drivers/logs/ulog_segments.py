@@ -20,7 +20,10 @@ from drivers.logs.ulog_format import (
     FORMAT,
     HEAD,
     KINDS,
+    MAGIC,
     NUMBER_BYTES,
+    TIME_BYTES,
+    VERSION,
     Topics,
     is_message,
     message,
@@ -30,6 +33,10 @@ CHUNK_BYTES = 1 << 20
 MESSAGE_MAX = HEAD.size + 0xFFFF
 APPENDED = 0x01  # the incompatible flag that is known
 _KIND = re.compile(b"[" + re.escape(KINDS) + b"]")
+
+
+class UnreadableLogError(ValueError):
+    """The log itself says that one must know more to read it."""
 
 
 class SegmentReader:
@@ -62,9 +69,11 @@ class SegmentReader:
             A ULog file for each part; parts without anything wanted are left out.
 
         Raises:
-            ValueError: the log says that one must know more to read it.
+            UnreadableLogError: see there.
         """
-        self._header = file.read(FILE_HEADER_BYTES)
+        header = file.read(FILE_HEADER_BYTES)
+        # flags tell what is new in a log, and not its version, which pyulog prints a warning of
+        self._header = MAGIC + bytes([VERSION]) + header[len(MAGIC) + 1 :].ljust(TIME_BYTES, b"\0")
         while chunk := file.read(self._chunk_bytes):
             yield from self._feed(chunk, last=False)
         yield from self._feed(b"", last=True)
@@ -148,7 +157,8 @@ class SegmentReader:
 
     def _flags(self, body: bytes) -> None:
         if body[8] & ~APPENDED or any(body[9:16]):
-            raise ValueError(f"this log must be read as nobody here knows how: incompatible flags {body[8:16].hex()}")
+            flags = body[8:16].hex()
+            raise UnreadableLogError(f"this log must be read as nobody here knows how: incompatible flags {flags}")
         self._appended = tuple(int.from_bytes(body[at : at + 8], "little") for at in (16, 24, 32))
 
     def _preamble(self) -> bytes:

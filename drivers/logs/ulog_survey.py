@@ -23,6 +23,7 @@ STATUS = "vehicle_status"
 UTC_MIN_US = 1_483_228_800_000_000  # 2017: earlier is a receiver that does not know it
 
 MAV_TYPE_GENERIC = 0
+ID_MAX = 255
 
 
 @dataclass(slots=True)
@@ -52,8 +53,9 @@ def survey(file: BinaryIO) -> Survey:
             if topic.name in GPS:
                 offsets[topic.name].append(_offsets(topic))
             elif result.vehicle_type == MAV_TYPE_GENERIC and topic.has("system_id", "system_type"):
-                result.system_id = int(topic.fields["system_id"][0])
-                result.vehicle_type = int(topic.fields["system_type"][0])
+                ids = topic.columns("system_id", "system_type")[0]
+                if ((ids >= 0.0) & (ids <= ID_MAX)).all():  # not so for NaN
+                    result.system_id, result.vehicle_type = map(int, ids)
     result.names = reader.names()
     for name in GPS:
         known = np.concatenate([*offsets[name], np.empty(0)])

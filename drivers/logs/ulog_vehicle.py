@@ -71,8 +71,10 @@ class UlogVehicle:
                 yield self._local_positions(topic)
             case "vehicle_global_position" if topic.has("lat", "lon", "alt"):
                 yield self._global_positions(topic)
-            case "vehicle_visual_odometry" if self._navigation and topic.has("velocity_frame"):
-                yield self._velocities(topic)
+            case "vehicle_visual_odometry" if topic.has("velocity_frame", "velocity[2]"):
+                yield from self._velocities(topic, topic.vector("velocity", 3))
+            case "vehicle_visual_odometry" if topic.has("velocity_frame", "vx", "vy", "vz"):  # before PX4 1.14
+                yield from self._velocities(topic, topic.columns("vx", "vy", "vz"))
 
     def _inertial(self, topic: Topic) -> Stamped:
         forces, rates = topic.vector("accelerometer_m_s2", 3), topic.vector("gyro_rad", 3)
@@ -130,16 +132,17 @@ class UlogVehicle:
         ]
         return self._stamped(kept, readings)
 
-    def _velocities(self, topic: Topic) -> Stamped:
-        """Before PX4 1.14 a velocity was vx, vy, vz; the number of the body's frame has stayed the same."""
-        velocity = topic.vector("velocity", 3) if topic.has("velocity[2]") else topic.columns("vx", "vy", "vz")
+    def _velocities(self, topic: Topic, velocity: FloatArray) -> Iterator[Stamped]:
+        """The number of the body's frame is the same in all versions."""
+        if not self._navigation:
+            return
         body = topic.numbers("velocity_frame") == BODY_FRD
         good = body & within(velocity, DVL_MAX_MPS)
         self._refuse(topic, ~body, "odometry in another frame")
         self._refuse(topic, body & ~good, "implausible velocity")
         kept = topic.part(good)
         rows = zip(self._time_s(kept).tolist(), velocity[good].tolist(), strict=True)
-        return self._stamped(kept, [BodyVelocity(at_s, None, (a, r, d), DVL) for at_s, (a, r, d) in rows])
+        yield self._stamped(kept, [BodyVelocity(at_s, None, (a, r, d), DVL) for at_s, (a, r, d) in rows])
 
     def _time_s(self, topic: Topic) -> FloatArray:
         return topic.boot_s + self._clock.offset_s
