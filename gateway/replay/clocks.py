@@ -10,10 +10,10 @@ from operator import add
 from pathlib import Path
 
 from gateway.config import Config
-from gateway.log_clocks import log_offset
-from gateway.log_trace import LogTrace
 from gateway.replay.log_clock import Blocks
+from gateway.replay.log_clocks import log_offset
 from gateway.replay.log_readings import LogReadings
+from gateway.replay.log_trace import LogTrace
 
 # of a log, what its clock is found by: long enough to see it drift
 TRACE_S = 900.0
@@ -49,15 +49,16 @@ def on_one_clock(logs: Sequence[LogReadings], config: Config, given_s: Mapping[P
 
     Raises:
         OSError: a log cannot be read.
-        ValueError: a log counts from some start of its own, and nothing shows when that was.
+        ValueError: a log counts from some start of its own, or at another time than the others, and nothing shows
+            by how much it is off.
     """
     reference = next((one for one in logs if one.unix and not _given(one, given_s)), logs[0])
-    trace: LogTrace | None = None
+    beginning: _Beginning | None = None
     timed = []
     for one in logs:
         if one is not reference and not _given(one, given_s) and _comparable(one, reference, config):
-            trace = trace or _trace(reference)
-            timed.append(_found(one, trace))
+            beginning = beginning or _beginning(reference)
+            timed.append(_found(one, beginning))
         else:
             timed.append(_as_given(one, given_s))
     _check(timed, reference)
@@ -81,22 +82,45 @@ def _comparable(log: LogReadings, reference: LogReadings, config: Config) -> boo
     return mixed or not (log.unix and reference.unix)
 
 
-def _trace(log: LogReadings) -> LogTrace:
-    trace, begin_s = LogTrace(), inf
+@dataclass(frozen=True, slots=True)
+class _Beginning:
+    """What the first minutes of a log show.
+
+    Attributes:
+        trace: of them.
+        begin_s, end_s: of the log; infinity where it goes on behind them.
+    """
+
+    trace: LogTrace
+    begin_s: float
+    end_s: float
+
+    def apart(self, other: _Beginning) -> bool:
+        """Whether one ends before the other begins."""
+        return self.end_s < other.begin_s or other.end_s < self.begin_s
+
+
+def _beginning(log: LogReadings) -> _Beginning:
+    trace, begin_s, end_s = LogTrace(), inf, -inf
     for _, block in log.again():
-        if block:
-            times_s = block.times()[1]
-            begin_s = min(begin_s, float(times_s[0]))
-            trace.take_block(block)
-            if times_s[0] > begin_s + TRACE_S:
-                break
-    return trace
+        times_s = block.times()[1]
+        begin_s, end_s = min(begin_s, float(times_s[0])), max(end_s, float(times_s[-1]))
+        trace.take_block(block)
+        if times_s[0] > begin_s + TRACE_S:
+            return _Beginning(trace, begin_s, inf)
+    return _Beginning(trace, begin_s, end_s)
 
 
-def _found(log: LogReadings, reference: LogTrace) -> TimedLog:
-    offset = log_offset(reference, _trace(log))
+def _found(log: LogReadings, reference: _Beginning) -> TimedLog:
+    own = _beginning(log)
+    offset = log_offset(reference.trace, own.trace)
     if offset is None:
-        return TimedLog(log, None, "its clock was compared, and taken as it is: nothing in both shows an offset")
+        if own.apart(reference):
+            raise ValueError(
+                f"{_name(log)} has no time in common with the other log, and nothing in both shows by how much its"
+                f" clock is off: {_way_out(log)}"
+            )
+        return TimedLog(log, None, "compared, and taken as it is: nothing in both logs shows an offset")
     drift = f", {1e6 * offset.drift:+.0f} ppm" if offset.drift else ""
     return TimedLog(
         log, offset.time_s, f"{offset.offset_s:+.3f} s{drift}, by {offset.found_by} of {offset.overlap_s:.0f} s"
@@ -107,7 +131,15 @@ def _check(timed: Sequence[TimedLog], reference: LogReadings) -> None:
     """A log that counts from its own start cannot be laid beside others as it is."""
     for one in timed:
         if one.time_of is None and one.readings is not reference and not (one.readings.unix and reference.unix):
-            path = one.readings.logs[0].path
             raise ValueError(
-                f"{path} counts from a start of its own, and nothing shows when that was: --offset {path}=SECONDS"
+                f"{_name(one.readings)} counts from a start of its own, and nothing shows when that was:"
+                f" {_way_out(one.readings)}"
             )
+
+
+def _name(log: LogReadings) -> str:
+    return str(log.logs[0].path)
+
+
+def _way_out(log: LogReadings) -> str:
+    return f"--offset {_name(log)}=SECONDS"

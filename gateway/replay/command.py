@@ -72,6 +72,8 @@ def replay(config: Path, log: tuple[str, ...], out: Path, offsets: tuple[str, ..
         console.print(line, highlight=False, markup=False, soft_wrap=True)
     if result.begin_s is None:
         raise _failed("nothing in these logs is of a link of the configuration")
+    if not result.judged:
+        raise _failed("nothing could be judged: see what each needs in the configuration, and what these logs have")
     raise click.exceptions.Exit(FAULTS if result.faulty else CLEAN)
 
 

@@ -44,8 +44,11 @@ def log_input(text: str, links: Collection[str]) -> LogInput:
 
     Raises:
         OSError: the file cannot be read.
+        ValueError: a link that there is none of.
     """
     name, equals, rest = text.partition("=")
+    if equals and name not in links and Path(rest).exists() and not Path(text).exists():
+        raise ValueError(f"{text}: want one of the links {', '.join(links)}, not {name!r}")
     link, path = (name, Path(rest)) if equals and name in links else (None, Path(text))
     return LogInput(path, _kind(path), link)
 

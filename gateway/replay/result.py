@@ -26,7 +26,8 @@ class ReplayResult:
         duration_s: of the dive, without the pauses of the recording.
         findings: their number, by level.
         levels: last level of every subject.
-        remarks: what is worth saying beside; unjudged: subjects of which there was never a sample.
+        remarks: what is worth saying beside.
+        judged: whether there was a sample of anything; unjudged: subjects of which there was never one.
         drops: what was thrown away, by link or stage, by cause.
         logs: of each by its name, in lines: what was read, by which clock, and what could not be read.
         unused: frames of interfaces that no link is for.
@@ -38,6 +39,7 @@ class ReplayResult:
     findings: Counter[str] = field(default_factory=Counter)
     levels: dict[str, Level] = field(default_factory=dict)
     remarks: dict[str, str] = field(default_factory=dict)
+    judged: bool = False
     unjudged: list[str] = field(default_factory=list)
     drops: dict[str, Counter[str]] = field(default_factory=dict)
     logs: dict[str, list[str]] = field(default_factory=dict)

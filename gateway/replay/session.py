@@ -96,6 +96,7 @@ def _without_plots(config: Config) -> Config:
 def _account(result: ReplayResult, pipeline: Pipeline, logs: Iterable[TimedLog]) -> None:
     result.levels, result.remarks = pipeline.levels(), pipeline.remarks()
     result.unjudged = [subject for subject, newest in pipeline.newest.items() if newest is None]
+    result.judged = len(result.unjudged) < len(pipeline.newest)
     for one in logs:
         result.drops |= one.readings.drops()
         result.unused += one.readings.unused

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from drivers.reading_block import CommandColumns, ReadingBlock, ReportColumns
 from drivers.readings import Attitude, ThrusterCommand, ThrusterReport
-from gateway.log_clocks import FoundBy, LogOffset, log_offset
-from gateway.log_trace import LogTrace
+from gateway.replay.log_clocks import FoundBy, LogOffset, log_offset
+from gateway.replay.log_trace import LogTrace
 
 THRUSTERS = 6
 GOOD_S = 0.02

@@ -21,8 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from gateway.log_trace import Series
-from gateway.series_lags import GAP_S, candidate_lags, interval_s, span
+from gateway.replay.log_trace import Series
+from gateway.replay.series_lags import GAP_S, candidate_lags, interval_s, span
 
 FloatArray: TypeAlias = NDArray[np.float64]
 Rows: TypeAlias = NDArray[np.intp]

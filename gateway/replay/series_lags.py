@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from gateway.log_trace import Series
+from gateway.replay.log_trace import Series
 
 FloatArray: TypeAlias = NDArray[np.float64]
 

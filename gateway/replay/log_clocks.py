@@ -17,9 +17,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from gateway.boot_clocks import UNEXPLAINED_MAX, clock_line, unexplained
-from gateway.log_trace import LogTrace
-from gateway.series_match import Match, match
+from gateway.replay.boot_clocks import UNEXPLAINED_MAX, clock_line, unexplained
+from gateway.replay.log_trace import LogTrace
+from gateway.replay.series_match import Match, match
 
 BOOT_ERROR_S = 0.002  # two stamps in whole milliseconds
 

@@ -17,7 +17,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from gateway.log_trace import BootSession
+from gateway.replay.log_trace import BootSession
 
 FloatArray: TypeAlias = NDArray[np.float64]
 
