@@ -132,7 +132,7 @@ def parse(text: str, folder: Path, source: str = "configuration") -> Config:
     """
     try:
         tables = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:  # numbers of thousands of digits, tables in tables without end
         raise ConfigError(source, [Problem(source, None, f"not valid TOML: {error}")]) from error
     return _Parser(tables, folder).config(source)
 
