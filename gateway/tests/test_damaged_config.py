@@ -17,4 +17,4 @@ from gateway.problems import ConfigError
 )
 def test_it_is_refused_in_words(text):
     with pytest.raises(ConfigError, match="not valid TOML"):
-        parse(text, Path("."))
+        parse(text, Path())
