@@ -51,8 +51,9 @@ from gateway.rules import observations, silence_watch, supervisor
 from gateway.sensor_watch import NavigationFactory
 from gateway.silence import AUTOPILOT
 from gateway.speed_channel import SpeedChannel, SpeedFactory
-from gateway.stretch import BlockArrival, Stretch
-from gateway.stretch_judging import Parts, judge_stretch
+from gateway.stretches.judging import judge_stretch
+from gateway.stretches.parts import Parts
+from gateway.stretches.stretch import BlockArrival, Stretch
 from gateway.supervisor import Memory, Outgoing
 from gateway.thruster_channel import ThrusterChannel, ThrusterFactory
 from gateway.timeline import Timeline

@@ -8,7 +8,7 @@ from math import inf
 import numpy as np
 
 from drivers.reading_block import ReadingBlock
-from gateway.stretch import BlockArrival
+from gateway.stretches.stretch import BlockArrival
 
 # long enough for columns to pay, short enough to see how far a replay has come
 STRETCH_S = 20.0

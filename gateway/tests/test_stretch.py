@@ -15,7 +15,7 @@ from drivers.readings import Attitude, AutopilotHeartbeat, LocalPosition, Thrust
 from gateway.config import Config, parse
 from gateway.findings import Finding
 from gateway.pipeline import Arrival, Factories, Pipeline
-from gateway.stretch import BlockArrival, Stretch
+from gateway.stretches.stretch import BlockArrival, Stretch
 from gateway.tests.conftest import FULL_RPM, TWO_THRUSTERS, GroundSpeedDetector, ThresholdDetector
 
 START_S = 1.7e9
