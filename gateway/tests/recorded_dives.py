@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+import random
 import struct
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -57,23 +58,33 @@ def said_s(period_s: float, thruster: int) -> float:
 
 
 def fraction(time_s: float) -> float:
-    """Of both commands, never far below a half."""
-    return 0.6 + 0.2 * math.sin(0.4 * time_s)
+    """Of both commands, never far below a half; it does not repeat itself."""
+    return 0.6 + 0.1 * math.sin(0.4 * time_s) + 0.06 * math.sin(0.9 * time_s + 1.0) + 0.05 * math.sin(1.7 * time_s)
 
 
-def moments(seconds: float) -> Iterator[tuple[int, float, float, list[tuple[int, float]]]]:
+def jerky(time_s: float) -> float:
+    """A command of a pilot who moves the stick now and then, each time elsewhere."""
+    chance = random.Random(int(time_s / 1.3))
+    return chance.choice((0.3, 0.4, 0.5, 0.6, 0.7))
+
+
+Command = Callable[[float], float]
+Moment = tuple[int, float, float, list[tuple[int, float]]]
+
+
+def moments(seconds: float, command: Command = fraction) -> Iterator[Moment]:
     """Number and time of each period, the command, and the speeds by thruster, in their order."""
     for n in range(round(seconds * RATE_HZ)):
         time_s = n / RATE_HZ
         share = HELD_SHARE if HELD_S[0] <= time_s < HELD_S[1] else 1.0
-        speeds = [(1, share * FULL_RPM * fraction(time_s)), (2, FULL_RPM * fraction(time_s))]
+        speeds = [(1, share * FULL_RPM * command(time_s)), (2, FULL_RPM * command(time_s))]
         silent = SILENT_S[0] <= time_s < SILENT_S[1]
-        yield n, round(START_S + time_s, 6), fraction(time_s), speeds[:1] if silent else speeds
+        yield n, round(START_S + time_s, 6), command(time_s), speeds[:1] if silent else speeds
 
 
-def dronecan(seconds: float) -> Iterator[CanFrame]:
-    for n, time_s, command, speeds in moments(seconds):
-        yield from encode_raw_command([round(8191 * command)] * 2, 10, n % 32, time_s=time_s)
+def dronecan(seconds: float, command: Command = fraction) -> Iterator[CanFrame]:
+    for n, time_s, share, speeds in moments(seconds, command):
+        yield from encode_raw_command([round(8191 * share)] * 2, 10, n % 32, time_s=time_s)
         for number, rpm in speeds:
             status = EscStatus(0, 16.0, 3.0, 300.0, round(rpm), 50, number - 1)
             yield from encode_esc_status(status, 20 + number, n % 32, time_s=said_s(time_s, number))
@@ -150,11 +161,11 @@ def write_candump(path: Path, frames: Iterable[CanFrame], interface: str = "can0
     return path
 
 
-def telemetry(seconds: float, ahead_s: float = 0.0) -> Iterator[tuple[float, Any]]:
+def telemetry(seconds: float, ahead_s: float = 0.0, command: Command = fraction) -> Iterator[tuple[float, Any]]:
     """What an autopilot says of the same dive, by a clock that is ahead by so much."""
-    for n, time_s, command, speeds in moments(seconds):
+    for n, time_s, share, speeds in moments(seconds, command):
         boot_ms = 60_000 + 20 * n
-        pulses = [round(1500 + 400 * command)] * 2 + [0] * 14
+        pulses = [round(1500 + 400 * share)] * 2 + [0] * 14
         yield time_s + ahead_s, dialect.MAVLink_servo_output_raw_message(1000 * boot_ms, 0, *pulses)
         rpm = [round(dict(speeds).get(number, 0.0)) for number in (1, 2)] + [0, 0]
         yield (
