@@ -10,12 +10,13 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help demo test bench lint clean
+.PHONY: help demo test bench fuzz lint clean
 
 help:
 	@echo "make demo    the gateway against a simulated vehicle: weeds, a current, a net, a DVL that drifts"
 	@echo "make test    all tests; those of a real CAN bus on vcan0 or in a small virtual machine"
 	@echo "make bench   the detectors beside their peers and the papers' figures"
+	@echo "make fuzz    every parser under bytes that nobody would send, for minutes; the tests do it for seconds"
 	@echo "make lint    ruff, mypy and the layers of the packages"
 	@echo "make clean   remove what make has made, $(VENV) too"
 
@@ -27,6 +28,9 @@ test: $(VENV)/installed-test
 
 bench: $(VENV)/installed-bench
 	@$(VENV)/bin/gateway bench $(ARGS)
+
+fuzz: $(VENV)/installed-fuzz
+	@$(VENV)/bin/python -m hil_tests.fuzz $(ARGS)
 
 lint: $(VENV)/installed-lint
 	@$(VENV)/bin/ruff check .
