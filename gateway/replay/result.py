@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 
 from detectors.verdict import Level
 from gateway.replay.log_clock import SetBack
-from gateway.stretch import BlockArrival
+from gateway.stretches.stretch import BlockArrival
 from gateway.summary import listed, worst_first
 from gateway.timeline import STILL_S
 
