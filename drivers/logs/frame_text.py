@@ -16,6 +16,7 @@ from drivers.logs.text_log import text_chunks
 # Bytes of a CAN FD frame by its data length code (ISO 11898-1).
 FD_LENGTHS = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)
 
+DIGITS_MAX = 20  # more than any number here has; of more than 4300 Python makes none
 _DIGITS = {10: re.compile(r"[0-9]+"), 16: re.compile(r"[0-9A-Fa-f]+")}
 _DIGIT_NAMES = {10: "decimal", 16: "hexadecimal"}
 
@@ -63,8 +64,10 @@ def whole_number(digits: str, radix: int = 16) -> int:
     """What the digits say.
 
     Raises:
-        DamagedRecordError: something else is among them.
+        DamagedRecordError: something else is among them, or there are too many.
     """
+    if len(digits) > DIGITS_MAX:
+        raise DamagedRecordError("number too long")
     if _DIGITS[radix].fullmatch(digits) is None:
         raise DamagedRecordError(f"not a {_DIGIT_NAMES[radix]} digit")
     return int(digits, radix)
