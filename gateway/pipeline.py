@@ -6,7 +6,8 @@ in replay, however they are cut into batches, however often `advance` is called 
 
 A batch goes through in three passes: all its readings are aligned, each detector judges its samples in one block (for
 thrusters a fraction of the cost of one by one), and then the supervisor hears of everything in the order of arrival.
-That gives the same as one by one because neither alignment nor detectors depend on what the supervisor says.
+That gives the same as one by one because neither alignment nor detectors depend on what the supervisor says. Where an
+operator accepts a subject as it is, which changes its detector, a batch is cut.
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ from drivers.readings import (
     IdentityConflict,
     Lateness,
     LinkState,
+    OperatorAct,
     OperatorRequest,
     Reading,
     ThrusterCommand,
@@ -160,6 +162,9 @@ class Pipeline:
 
     def take(self, events: Iterable[Event]) -> list[Outcome]:
         """Takes events in the order in which they happened; the outcomes are in that order too."""
+        return [outcome for batch in _batches(events) for outcome in self._taken(batch)]
+
+    def _taken(self, events: Iterable[Event]) -> list[Outcome]:
         steps = [step for event in events for step in self._prepared(event)]
         for channel in self._channels.values():
             channel.judge()
@@ -173,7 +178,8 @@ class Pipeline:
         to plot are not given, and of the judgements only some.
         """
         stretch = Stretch.of(arrivals)
-        if not self._timeline.passes(stretch.time_s):
+        accepted = any(_accepts(reading) for _, _, reading in stretch.others)
+        if accepted or not self._timeline.passes(stretch.time_s):
             return self.take([Arrival(link, [reading]) for _, link, reading in stretch.readings()])
         parts = Parts(
             timeline=self._timeline,
@@ -316,6 +322,26 @@ class Pipeline:
                 yield from self._supervisor.observe(frame_loss_observation(reading))
             case Lateness():
                 yield from self._supervisor.observe(lateness_observation(reading))
+
+
+def _batches(events: Iterable[Event]) -> Iterator[list[Event]]:
+    """Cut behind what changes detectors: they must not have judged yet what comes after it."""
+    batch: list[Event] = []
+    for event in events:
+        batch.append(event)
+        if isinstance(event, Now) or not any(map(_accepts, event.readings)):
+            continue
+        batch.pop()
+        for reading in event.readings:
+            batch.append(Arrival(event.link, [reading]))
+            if _accepts(reading):
+                yield batch
+                batch = []
+    yield batch
+
+
+def _accepts(reading: Reading) -> bool:
+    return isinstance(reading, OperatorRequest) and reading.act is OperatorAct.ACCEPT
 
 
 def _channels(config: Config, factories: Factories) -> Iterator[Channel[Any]]:
