@@ -15,10 +15,14 @@ from drivers.can.bus_state import BusState
 from drivers.can.frame import CanFrame
 from drivers.can.frame_block import FrameBlock
 from drivers.logs.damage import DamageReport
+from drivers.logs.dataflash import read_dataflash
+from drivers.logs.tests.dataflash_writer import heading, record
+from drivers.logs.tests.ulog_writer import data, definitions
 from drivers.logs.tlog import read_tlog
+from drivers.logs.ulog import read_ulog
 from drivers.mavlink.tests.peer import Peer
 from drivers.readings import LinkState, Reading
-from gateway.config import Config, parse
+from gateway.config import Config, load, parse
 from gateway.findings import Finding
 from gateway.pipeline import Arrival, Factories, Now, Pipeline
 from gateway.replay.clocks import on_one_clock
@@ -33,13 +37,14 @@ from gateway.tests.recorded_dives import (
     START_S,
     THRUSTERS,
     dronecan,
+    moments,
     settings,
     telemetry,
     tlog_record,
     write_candump,
     write_tlog,
 )
-from gateway.wiring import can_decoder, mavlink_decoder
+from gateway.wiring import can_decoder, mavlink_decoder, mavlink_thrusters
 
 FAKES = Factories(thruster=ThresholdDetector)
 SECONDS = 30.0
@@ -235,3 +240,56 @@ def test_a_pause_is_no_silence_and_ends_nothing(pause_s, tmp_path, out):
     assert lines == judged(config, received(config, later), FAKES)
     assert not any("silent 4" in line or '"link can0", "level": "SUSPECT"' in line for line in lines)
     assert result.drops["pipeline"]["time far from the last"] == (4 if pause_s > 600.0 else 0)
+
+
+# What autopilots log themselves ---------------------------------------------------------------------
+
+
+def dataflash(seconds: float) -> bytes:
+    records = [heading(*((f"SERVO{n}_{what}", pwm) for n in (1, 2) for what, pwm in PULSES))]
+    for n, _, command, speeds in moments(seconds):
+        boot_us = 20_000 * n + 1000
+        records.append(record("RCOU", boot_us, *[round(1500 + 400 * command)] * 2))
+        records += [record("ESC", boot_us + 2000, number - 1, rpm, rpm, 16.0, 3.0) for number, rpm in speeds]
+    return b"".join(records)
+
+
+PULSES = (("MIN", 1100), ("TRIM", 1500), ("MAX", 1900))
+
+
+def ulog(seconds: float) -> bytes:
+    messages = [definitions(13)]
+    for n, _, command, speeds in moments(seconds):
+        boot_us, rpm = 20_000 * n + 1000, dict(speeds)
+        messages.append(data(1, boot_us, 2, *[round(1500 + 400 * command)] * 2))
+        escs = [(boot_us, 0, round(rpm.get(number, 0.0)), 16.0, 3.0, 30.0) for number in (1, 2)]
+        messages.append(data(3, boot_us + 2000, 2, *escs[0], *escs[1]))
+    return b"".join(messages)
+
+
+@pytest.mark.parametrize(("name", "content"), [("dive.BIN", dataflash), ("dive.ulg", ulog)])
+def test_an_autopilots_own_log_gives_what_its_readings_give_one_by_one(name, content, tmp_path, out):
+    config = parse(over_mavlink(), tmp_path)
+    log = tmp_path / name
+    log.write_bytes(content(SECONDS))
+    read = read_dataflash if name.endswith("BIN") else read_ulog
+    batches = read(log, mavlink_thrusters(config.thruster), DamageReport(), False)
+    arrivals = [Arrival("mavlink", [one]) for batch in batches for one in batch]
+    lines, _ = replayed(config, [log], out)
+    assert lines == judged(config, arrivals, FAKES)
+    assert any('"thruster 1", "level": "FAULT"' in line for line in lines)
+
+
+REAL = Path(__file__).parents[3] / "shared" / "data" / "ardusub_logs"
+PWM = Path(__file__).parents[1] / "examples" / "pwm_mavlink_esc.toml"
+
+
+@pytest.mark.skipif(not REAL.exists(), reason="recordings of a real vehicle are not here")
+@pytest.mark.parametrize("name", ["small.tlog", "small.BIN"])
+def test_a_real_vehicle_without_speeds_is_told_to_have_none(name, out):
+    config = load(PWM)
+    lines, result = replayed(config, [REAL / name], out, None)
+    assert not result.judged
+    assert sum('esc", "level": "SUSPECT"' in line for line in lines) == 5
+    assert not any('"FAULT"' in line for line in lines)
+    assert any("never judged: thruster 1" in line for line in result.lines())
