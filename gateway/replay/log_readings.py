@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Sequence
+from collections import Counter, defaultdict
+from collections.abc import Callable, Sequence
 from math import inf
 from pathlib import Path
 
@@ -44,15 +44,18 @@ class LogReadings:
         self.damage = {log.path: DamageReport() for log in logs}
         self.unused: Counter[str] = Counter()
         self.set_back: dict[Path, list[SetBack]] = {}
-        self._drops: dict[str, Counter[str]] = {}
+        self._drops: list[tuple[str, Callable[[], Counter[str]]]] = []
         self._read: dict[str, BusReadings] = {}
-        self._buses: dict[str, CanBus | None] = {}
+        self._buses: defaultdict[Path, dict[str, CanBus | None]] = defaultdict(dict)
         for log in logs:
             _check(log, config)
 
     def drops(self) -> dict[str, Counter[str]]:
         """What was thrown away, and what was wrong with a bus, by link and cause."""
-        return self._drops | {name: bus.drops() for name, bus in self._read.items()}
+        total: defaultdict[str, Counter[str]] = defaultdict(Counter)
+        for link, drops in self._drops:
+            total[link] += drops()
+        return total
 
     def again(self) -> LogReadings:
         """The same logs, unread."""
@@ -103,13 +106,22 @@ class LogReadings:
                 yield bus.name, self._readings_of(bus).decode(frames)
 
     def _bus(self, interface: str, log: LogInput) -> CanBus | None:
-        if interface not in self._buses:
-            self._buses[interface] = _bus_of(interface, log, self._config)
-        return self._buses[interface]
+        known = self._buses[log.path]
+        if interface not in known:
+            bus = _bus_of(interface, log, self._config)
+            other = next((name for name, one in known.items() if bus is not None and one is bus), None)
+            if other is not None:
+                raise ValueError(
+                    f"{log.path} has frames of {other} and of {interface}, and both would be {log.link or interface}:"
+                    " give the buses in the configuration the channels that they have in the log, and name it alone"
+                )
+            known[interface] = bus
+        return known[interface]
 
     def _readings_of(self, bus: CanBus) -> BusReadings:
         if bus.name not in self._read:
             self._read[bus.name] = BusReadings(bus, self._config)
+            self._drops.append((bus.name, self._read[bus.name].drops))
         return self._read[bus.name]
 
     def _mavlink(self, log: LogInput) -> Blocks:
@@ -132,7 +144,9 @@ class LogReadings:
             navigation=config.navigation is not None,
             can_frames=None if forwarded is None else forwarded.frames,
         )
-        self._drops[MAVLINK] = decoder.drops
+        self._drops.append((MAVLINK, decoder.drops.copy))
+        if bus is not None and forwarded is not None:
+            self._drops.append((bus.name, forwarded.drops))
         for readings in read_tlog(log.path, decoder, self.damage[log.path]):
             decoder.answers()  # nobody is there to take them
             # the gateway that watched this dive spoke on the link as well: it is no other program with its ids
@@ -141,7 +155,6 @@ class LogReadings:
             if bus is not None and forwarded is not None:
                 frames = [one.frame for one in forwarded.frames.take() if str(one.bus) == bus.channel]
                 yield bus.name, ReadingBlock.of(forwarded.decode(frames))
-                self._drops[bus.name] = forwarded.drops()
 
 
 def _mavlink_of(config: Config, log: LogInput) -> Mavlink:

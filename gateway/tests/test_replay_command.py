@@ -10,7 +10,16 @@ import pytest
 from click.testing import CliRunner
 
 from gateway.cli import main
-from gateway.tests.recorded_dives import MAVLINK, dronecan, jerky, settings, telemetry, write_candump, write_tlog
+from gateway.tests.recorded_dives import (
+    MAVLINK,
+    candump_line,
+    dronecan,
+    jerky,
+    settings,
+    telemetry,
+    write_candump,
+    write_tlog,
+)
 
 SECONDS = 26.0
 
@@ -26,6 +35,8 @@ def folder(tmp_path_factory):
     write_candump(folder / "vcan7.log", dronecan(5.0), "vcan7")
     write_tlog(folder / "dive.tlog", telemetry(5.0))
     (folder / "packed.log.gz").write_bytes(gzip.compress((folder / "calm.log").read_bytes()))
+    frames = list(dronecan(2.0))
+    (folder / "two.log").write_text("".join(candump_line(one, f"can{n}") for one in frames for n in (0, 1)))
     (folder / "empty.log").write_bytes(b"")
     (folder / "picture.log").write_bytes(b"\xff\xd8\xff\xe0" + bytes(100))
     return folder
@@ -110,6 +121,7 @@ def test_damage_is_told_with_its_line(replay, folder, tmp_path):
         (["bus.toml", "calm.log", "--offset", "calm.log=soon"], "'soon' is no number of seconds"),
         (["bus.toml", "calm.log", "--offset", "calm.log=nan"], "'nan' is no number of seconds"),
         (["bus.toml", "calm.log", "--offset", "dive.log=5"], "want LOG=SECONDS, of calm.log"),
+        (["bus.toml", "can0=two.log"], "two.log has frames of can0 and of can1, and both would be can0"),
         (["calm.log", "calm.log"], "not valid TOML"),
         (["nowhere.toml", "calm.log"], "nowhere.toml"),
     ],
