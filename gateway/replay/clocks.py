@@ -10,10 +10,10 @@ from operator import add
 from pathlib import Path
 
 from gateway.config import Config
-from gateway.replay.log_clock import Blocks
 from gateway.replay.log_clocks import log_offset
 from gateway.replay.log_readings import LogReadings
 from gateway.replay.log_trace import LogTrace
+from gateway.replay.set_back import Blocks
 
 # of a log, what its clock is found by: long enough to see it drift
 TRACE_S = 900.0

@@ -18,8 +18,8 @@ from gateway.config import Config
 from gateway.config_sections import MAVLINK, CanBus, Mavlink
 from gateway.forwarded_bus import ForwardedDecoder
 from gateway.replay.bus_readings import BusReadings
-from gateway.replay.log_clock import BACK_S, Blocks, LogClock, SetBack
 from gateway.replay.log_input import LogInput, LogKind
+from gateway.replay.set_back import BACK_S, Blocks, LogClock, SetBack
 from gateway.wiring import mavlink_decoder, mavlink_thrusters
 
 

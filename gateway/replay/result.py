@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 
 from detectors.verdict import Level
-from gateway.replay.log_clock import SetBack
+from gateway.replay.set_back import SetBack
 from gateway.stretches.stretch import BlockArrival
 from gateway.summary import listed, worst_first
 from gateway.timeline import STILL_S

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from drivers.reading_block import ReadingBlock
 from drivers.readings import LinkState
-from gateway.replay.log_clock import LogClock, SetBack
+from gateway.replay.set_back import LogClock, SetBack
 
 
 def block(link: str, *times_s: float) -> tuple[str, ReadingBlock]:
