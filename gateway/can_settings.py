@@ -9,7 +9,7 @@ from can.interfaces import VALID_INTERFACES
 
 from drivers.can.interface import LISTEN_ONLY, SOCKETCAN
 from gateway.config_sections import MAVLINK, CanBus
-from gateway.problems import Problem
+from gateway.problems import Problem, is_file
 
 
 def contradictions(bus: CanBus) -> Iterator[Problem]:
@@ -28,7 +28,7 @@ def contradictions(bus: CanBus) -> Iterator[Problem]:
         yield Problem(f"{path}.database", None, 'missing: protocol "dbc" needs a .dbc, .kcd, .sym or .arxml file')
     if bus.protocol != "dbc" and bus.database is not None:
         yield Problem(f"{path}.database", bus.database, f'protocol "{bus.protocol}" reads no database: remove it')
-    if bus.database is not None and not bus.database.is_file():
+    if bus.database is not None and not is_file(bus.database):
         yield Problem(
             f"{path}.database", bus.database, "no such file (a relative path starts at the configuration's folder)"
         )

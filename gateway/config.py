@@ -195,7 +195,7 @@ class _Parser:
         if not (isinstance(tables, list) and all(isinstance(table, dict) for table in tables)):
             self._problems.append(Problem(key, tables, f"should be tables, each under [[{key}]]"))
             return []
-        paths = [f"{key}[{identity}={t[identity]}]" if identity in t else f"{key}[{n}]" for n, t in enumerate(tables)]
+        paths = [f"{key}[{_called(table, identity, number)}]" for number, table in enumerate(tables)]
         sections = [self._validated(model, table, path) for path, table in zip(paths, tables, strict=True)]
         return [section for section in sections if section is not None]
 
@@ -227,3 +227,11 @@ class _Parser:
         settings, problems = found
         self._problems += problems
         return settings
+
+
+def _called(table: dict[str, Any], identity: str, number: int) -> str:
+    """What tells a table from others of its kind, else its number in the file."""
+    try:
+        return f"{identity}={table[identity]}"
+    except (KeyError, ValueError):  # Python shows no integer of thousands of digits
+        return str(number)

@@ -23,7 +23,7 @@ from gateway.config_sections import (
     Speed,
     Thruster,
 )
-from gateway.problems import Problem
+from gateway.problems import Problem, is_file
 from gateway.signing import settings as signing_settings
 from gateway.wiring import UNITS_OF_FULL_THRUST, command_scale, refused_signals
 
@@ -206,7 +206,7 @@ def _split_escs(thruster: Thruster, protocols: Mapping[str, str]) -> Iterator[Pr
 
 
 def _signal_problems(bus: CanBus, thrusters: Sequence[Thruster]) -> Iterator[Problem]:
-    if bus.protocol == "dbc" and bus.database is not None and bus.database.is_file():
+    if bus.protocol == "dbc" and bus.database is not None and is_file(bus.database):
         for path, value, wanted in refused_signals(bus, bus.database, thrusters):
             yield Problem(path, value, wanted)
 

@@ -9,7 +9,7 @@ from detectors.speed.flow import FlowModel
 from detectors.speed.flow_models import ConstantFlow, TidalConstituent, TidalFlow
 from gateway.config_sections import Constituent, Flow
 from gateway.current_forecast import ForecastError, load_forecast
-from gateway.problems import Problem
+from gateway.problems import Problem, is_file
 
 PATH = "speed.flow"
 CONSTANT = ("speed_mps", "direction_deg")
@@ -66,7 +66,7 @@ def _incomplete(flow: Flow) -> Iterator[Problem]:
 
 
 def _absent_file(flow: Flow) -> Iterator[Problem]:
-    if flow.file is not None and not flow.file.is_file():
+    if flow.file is not None and not is_file(flow.file):
         yield Problem(
             f"{PATH}.file", flow.file, "no such file (a relative path starts at the configuration's folder)"
         )

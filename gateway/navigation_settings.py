@@ -8,7 +8,7 @@ from math import radians
 from detectors.navigation import NavigationConfig
 from gateway.config_sections import Navigation
 from gateway.detector_settings import DetectorSettings, Setting
-from gateway.problems import Problem
+from gateway.problems import Problem, is_file
 
 
 def navigation_settings(navigation: Navigation, table: object) -> tuple[NavigationConfig | None, list[Problem]]:
@@ -37,6 +37,6 @@ def contradictions(navigation: Navigation) -> Iterator[Problem]:
             "navigation.dvl", "none", "leaves nothing to watch: want a DVL, or a depth that is not none, too"
         )
     model = navigation.lstm_model
-    if model is not None and not model.is_file():
+    if model is not None and not is_file(model):
         wanted = "no such file (a relative path starts at the configuration's folder)"
         yield Problem("navigation.lstm_model", model, wanted)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from difflib import get_close_matches
+from functools import partial
 from pathlib import Path
 from typing import Any, get_args
 
@@ -47,11 +49,19 @@ class ConfigError(ValueError):
 def _shown(value: object) -> str:
     if isinstance(value, Path):  # its end is what tells it from others
         return str(value)
-    try:
-        text = json.dumps(value, ensure_ascii=False)
-    except (TypeError, ValueError):
-        text = str(value)
+    text = f"a {type(value).__name__} too large to show"
+    for write in (str, partial(json.dumps, ensure_ascii=False)):  # the latter as the file has it, where it can be
+        with suppress(TypeError, ValueError, RecursionError):
+            text = write(value)
     return text if len(text) <= VALUE_LENGTH else text[: VALUE_LENGTH - 3] + "..."
+
+
+def is_file(path: Path) -> bool:
+    """Whether there is such a file; none has a name that is too long for one."""
+    try:
+        return path.is_file()
+    except OSError:
+        return False
 
 
 def unknown_key(path: str, value: object, known: Iterable[str]) -> Problem:
