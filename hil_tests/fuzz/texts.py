@@ -15,8 +15,10 @@ from hil_tests.fuzz.target import Target, require
 
 _SUBJECTS = ("thruster 1", "thruster 2", "vehicle", "dvl", "depth sensor", "link can0")
 _LONG = b"9" * 5000  # Python turns no number of more than 4300 digits
-CONFIG_TOKENS = (b"nan", b"inf", b"-1", b'""', b"[]", b"{}", b"\\u0000", b"true", b"1979-05-27", b"[[can]]\n", _LONG)
-REQUEST_TOKENS = (b"NaN", b"Infinity", b"1e999", b"null", b"[[", b'{"', b"\\ud800", b"true", _LONG)
+_LARGE = b"9" * 400  # nor one of more than 308 into a float
+_WORDS = (b"nan", b"inf", b"-1", b'""', b"[]", b"{}", b"\\u0000", b"true", b"1979-05-27", b"[[can]]\n")
+CONFIG_TOKENS = (*_WORDS, _LONG, _LARGE, b"0x" + b"f" * 4000, b"x" * 5000)
+REQUEST_TOKENS = (b"NaN", b"Infinity", b"1e999", b"null", b"[[", b'{"', b"\\ud800", b"true", _LONG, _LARGE)
 
 
 def text_targets() -> list[Target]:
