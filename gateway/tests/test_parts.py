@@ -133,7 +133,8 @@ def test_speed_text_always_fits(level, speed_mps, flow_mps, low_mps, high_mps, r
     fields = {"speed_mps": speed_mps, "flow_mps": flow_mps, "speed_min_mps": low_mps, "speed_max_mps": high_mps}
     text = speed_words(level, **fields, reason=reason)
     assert len(text) <= 50 and text.startswith("Speed")
-    assert not re.search(r"(?<!\d)-0(\.0+)?( m/s|-|$)", text)
+    whole = len(text) < 50  # of numbers without end the last may be cut
+    assert not (whole and re.search(r"(?<!\d)-0(\.0+)?( m/s|-|$)", text))
 
 
 FINDING = Finding(
