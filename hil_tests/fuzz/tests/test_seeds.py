@@ -24,6 +24,11 @@ from hil_tests.fuzz.frame_bytes import block_of, bytes_of
 from hil_tests.fuzz.mavlink_bytes import contents, everything_decoder, framed, message_ids, packets, thrusters
 
 
+@pytest.mark.parametrize("name", TARGETS)
+def test_they_are_the_same_each_time(name):
+    assert TARGETS[name].seeds() == TARGETS[name].seeds()
+
+
 @pytest.mark.parametrize("name", ["candump", "asc", "trc", "blf", "can_log"])
 def test_logs_of_can_have_frames(name):
     for seed in TARGETS[name].seeds():
