@@ -68,6 +68,8 @@ def replay(config: Path, log: tuple[str, ...], out: Path, offsets: tuple[str, ..
         (out / SUMMARY).write_text("\n".join([*lines, "", *found]) + "\n", encoding="utf-8")
     except (ConfigError, ValueError, OSError) as error:
         raise _failed(_words(error)) from error
+    except KeyboardInterrupt as error:  # click would end with 1: as if faults were found
+        raise _failed(f"interrupted; what was found until then is in {out / FINDINGS}") from error
     for line in lines:
         console.print(line, highlight=False, markup=False, soft_wrap=True)
     if result.begin_s is None:

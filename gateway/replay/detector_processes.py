@@ -5,12 +5,13 @@ A block that is handed over is judged while the next detector gets its own; who 
 
 from __future__ import annotations
 
+import signal
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
 from itertools import count, cycle
-from multiprocessing import get_context
+from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection
 from queue import SimpleQueue
 from threading import Thread
@@ -35,7 +36,7 @@ def _serve(connection: Connection) -> None:
     waiting: SimpleQueue[Work | None] = SimpleQueue()
     # what comes is always read: else both sides could wait for the other to read what they send
     Thread(target=_receive, args=(connection, waiting), daemon=True).start()
-    with threadpool_limits(limits=1, user_api="blas"), suppress(BrokenPipeError, KeyboardInterrupt):
+    with threadpool_limits(limits=1, user_api="blas"), suppress(BrokenPipeError):
         while (work := waiting.get()) is not None:
             connection.send(_done(work, detectors))
 
@@ -100,6 +101,17 @@ def _alive() -> Iterator[None]:
         raise ChildProcessError("a process of detectors has ended; was there enough memory?") from error
 
 
+@contextmanager
+def _sigint_blocked() -> Iterator[None]:
+    """What is started meanwhile never gets it: a terminal sends it to all, and only who was asked should answer."""
+    resource_tracker.ensure_running()  # while it starts, it lets the signal through again
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 class _Worker:
     """A process, from outside. Answers come in the order of the work."""
 
@@ -107,7 +119,8 @@ class _Worker:
         context = get_context("spawn")
         self._connection, theirs = context.Pipe()
         self._process = context.Process(target=_serve, args=(theirs,), daemon=True)
-        self._process.start()
+        with _sigint_blocked():
+            self._process.start()
         theirs.close()
         self._awaited: deque[_Answer] = deque()
 

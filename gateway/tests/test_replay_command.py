@@ -145,3 +145,13 @@ def test_a_folder_that_cannot_be_written_is_told(replay, out):
     assert result.exit_code == 2
     assert isinstance(result.exception, SystemExit)
     assert out.split("/")[0] in result.stderr
+
+
+def test_interrupted_it_does_not_end_as_if_faults_were_found(replay, monkeypatch):
+    def interrupted(_path):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("gateway.replay.command.load", interrupted)
+    result = replay("bus.toml", "calm.log")
+    assert result.exit_code == 2
+    assert "findings.jsonl" in result.stderr
