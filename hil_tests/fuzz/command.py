@@ -69,7 +69,11 @@ def _all(targets: list[Target], seconds: float, out: Path) -> bool:
     for target in targets:
         click.echo(f"{target.name}: {target.about}, {seconds:.0f} s")
         session = Session(target, seconds, out / target.name)
-        for path in session.guided() if is_guided() else session.unguided():
+        try:
+            found = session.guided() if is_guided() else session.unguided()
+        except RuntimeError as error:
+            raise click.ClickException(str(error)) from error
+        for path in found:
             failed = True
             click.echo(f"{target.name} failed; once more: {_command(target, path)}", err=True)
     return failed

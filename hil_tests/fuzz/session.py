@@ -11,7 +11,6 @@ import sys
 import time
 import traceback
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import dataclass
 from hashlib import sha256
 from importlib.util import find_spec
@@ -25,7 +24,7 @@ from hil_tests.fuzz.target import Target
 INPUT_SECONDS, MEMORY_MIB = 20, 1024
 TOKEN_MAX = 60  # bytes that libFuzzer takes as one word
 FAILED = "failed"
-_GRACE_S = 60.0
+_GRACE_S = 120.0
 
 
 def is_guided() -> bool:
@@ -48,15 +47,19 @@ class Session:
     folder: Path
 
     def guided(self) -> list[Path]:
-        """With atheris, in a process of its own; inputs that failed."""
+        """With atheris, in a process of its own; inputs that failed.
+
+        Raises:
+            RuntimeError: atheris itself failed.
+        """
         corpus, words = self.folder / "corpus", self.folder / "words"
         corpus.mkdir(parents=True, exist_ok=True)
         for seed in self.target.seeds():
             _kept(corpus, "seed", seed[:INPUT_MAX])
         words.write_text("".join(f"{line}\n" for line in _words(self.target)), encoding="ascii")
-        before = set(self.folder.glob(f"{FAILED}-*"))
+        before = self._failed()
         ended = self._run([str(corpus), f"-dict={words}", f"-artifact_prefix={self.folder}/{FAILED}-"])
-        found = sorted(set(self.folder.glob(f"{FAILED}-*")) - before)
+        found = sorted(path for path, time_ns in self._failed().items() if before.get(path) != time_ns)
         if ended and not found:
             raise RuntimeError(f"{self.target.name}: atheris ended with {ended}, and left no input: see above")
         return found
@@ -71,9 +74,14 @@ class Session:
             "-print_final_stats=1",
         ]
         command = [sys.executable, "-m", "hil_tests.fuzz.guided", self.target.name, *arguments, *limits]
-        with suppress(subprocess.TimeoutExpired):
+        try:
             return subprocess.run(command, check=False, timeout=self.seconds + _GRACE_S).returncode
-        return 0
+        except subprocess.TimeoutExpired as error:
+            raise RuntimeError(f"{self.target.name}: atheris does not end") from error
+
+    def _failed(self) -> dict[Path, int]:
+        """Inputs that failed so far, and when: what fails again is written again."""
+        return {path: path.stat().st_mtime_ns for path in self.folder.glob(f"{FAILED}-*")}
 
     def unguided(self) -> list[Path]:
         """By chance, in this process; inputs that failed."""

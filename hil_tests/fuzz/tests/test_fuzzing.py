@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import warnings
@@ -11,7 +12,7 @@ from random import Random
 import pytest
 from click.testing import CliRunner
 
-from hil_tests.fuzz import command, session
+from hil_tests.fuzz import command
 from hil_tests.fuzz.command import fuzz
 from hil_tests.fuzz.damaging import damaged_inputs, first_failure
 from hil_tests.fuzz.mutations import INPUT_MAX, KINDS, Damage, random_damage
@@ -140,7 +141,21 @@ def test_with_atheris_inputs_that_reach_something_new_are_kept(tmp_path):
 
 
 def test_an_end_without_a_reason_is_told(tmp_path, monkeypatch):
-    monkeypatch.setattr(session, "INPUT_SECONDS", "no number")
     monkeypatch.setattr(Session, "_run", lambda *_: 1)
     with pytest.raises(RuntimeError, match="trial: atheris ended with 1"):
         Session(target(bytes), 1.0, tmp_path).guided()
+
+
+def test_what_fails_again_is_told_again(tmp_path, monkeypatch):
+    kept, times_ns = tmp_path / "failed-crash-1", iter((1_000_000_000, 2_000_000_000))
+
+    def ended(*_):
+        kept.write_bytes(SEED)
+        time_ns = next(times_ns)
+        os.utime(kept, ns=(time_ns, time_ns))
+        return 77
+
+    monkeypatch.setattr(Session, "_run", ended)
+    trial = Session(target(bytes), 1.0, tmp_path)
+    assert trial.guided() == [kept]
+    assert trial.guided() == [kept]
