@@ -54,10 +54,11 @@ def replay(config: Path, log: tuple[str, ...], out: Path, offsets: tuple[str, ..
     ArduPilot  dataflash .BIN
     PX4        .ulg
 
-    Several logs of one dive are merged by their times. An interface in a log of CAN is the bus of CONFIG with that
-    channel or name; any other is named: can0=dive.log. What is damaged is passed over, and told with its place.
+    Several logs of one dive are merged by their times; parts of one log may be named in any order. An interface in a
+    log of CAN is the bus of CONFIG with that channel or name; any other is named: can0=dive.log. What is damaged is
+    passed over, and told with its place. Findings are told by the time since the beginning.
 
-    Exit code 0: nothing found; 1: faults found; 2: failed.
+    Exit code 0: nothing found; 1: faults found; 2: failed, or nothing could be judged.
     """
     console = Console()
     try:

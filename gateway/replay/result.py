@@ -68,7 +68,7 @@ class ReplayResult:
             f"replayed {self.duration_s:.1f} s of the dive{begin}",
             *(f"{name}: {line}" for name, lines in self.logs.items() for line in lines),
             *(
-                f"{interface}: {count} frames, and no link is for them: name the link, LINK=LOG"
+                f"{interface}: {count} frames that no link is for; where they are of one, name it: LINK=LOG"
                 for interface, count in self.unused.items()
             ),
             *(f"dropped at {place}: {listed(causes)}" for place, causes in self.drops.items() if causes),
