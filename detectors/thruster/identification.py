@@ -25,6 +25,7 @@ from detectors.thruster.noise import (
     robust_deviation,
     sensor_step_rpm,
     settling,
+    shared_low_speed_variance,
     transient_error,
 )
 from detectors.thruster.search import Choice, Search
@@ -146,7 +147,11 @@ class _Errors:
 def _errors(
     data: Prepared, timing: _Timing, columns: FloatArray, curve: FloatArray, recent: NDArray[np.bool_], noise: float
 ) -> _Errors:
-    """How far the model errs: at rest, on the way up and down, and at the first sample of a step."""
+    """How far the model errs: at rest, on the way up and down, at the first sample of a step, and near standstill.
+
+    What no polynomial follows near standstill must not bend it elsewhere: taken at the sensor's word, slow samples
+    pull a curve that is held by few faster ones far off between them, with no doubt about it.
+    """
     fit = solve(*with_drift(columns, curve, data), data.speed, recent / noise**2)
     coefficients = fit.coefficients[: data.basis.size]
     target, speed = coefficients @ data.static(timing.delay), coefficients @ columns
@@ -160,7 +165,8 @@ def _errors(
     first_step = np.abs(np.diff(target)) * follow_gain(timing.lag)
     before = recent[:-1]
     late = transient_error(fit.residual[:-1][before], first_step[before], sensor_noise, TIMING_ERROR)
-    variance = sensor_noise**2 + np.where(faster, spin_up.at(way), spin_down.at(way)) ** 2
+    transient = np.where(faster, spin_up.at(way), spin_down.at(way))
+    variance = sensor_noise**2 + transient**2 + shared_low_speed_variance(speed, recent)
     return _Errors(sensor_noise, spin_up, spin_down, late, variance)
 
 

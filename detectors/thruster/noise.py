@@ -14,6 +14,8 @@ NOISE_MIN = 3e-4  # standard deviation of the speed in top speeds: no sensor is 
 TRANSIENT_ERROR_MAX = 2.0  # of the change
 SEEN_SAMPLES = 15  # samples with a change of this size or beyond before that change counts as seen
 CORRELATION_MAX = 0.97
+LOW_SPEED_ERROR = 0.04  # error of the curve, in top speeds, near standstill; it vanishes above about 0.2 of top speed
+LOW_SPEED = 0.1
 
 
 def quiet_noise(residual: FloatArray, distance: FloatArray) -> float:
@@ -28,6 +30,22 @@ def quiet_noise(residual: FloatArray, distance: FloatArray) -> float:
 def robust_deviation(residual: FloatArray) -> float:
     """Standard deviation of a normal distribution with this median magnitude, at least `NOISE_MIN`."""
     return max(1.4826 * float(np.median(np.abs(residual))), NOISE_MIN)
+
+
+def low_speed_error(speed: FloatArray) -> FloatArray:
+    """(N,) error that a smooth curve makes at these speeds: a dead band, or a steep start, is no polynomial."""
+    slowness = (speed / LOW_SPEED) * (speed / LOW_SPEED)
+    return np.asarray(LOW_SPEED_ERROR / (1.0 + slowness * slowness))
+
+
+def shared_low_speed_variance(speed: FloatArray, counted: NDArray[np.bool_]) -> FloatArray:
+    """(N,) variance that gives slow samples, all together, no more weight than one with `low_speed_error`.
+
+    They share their error: a thousand of them say no more of the curve than one.
+    """
+    error = low_speed_error(speed)
+    together = float(error[counted].sum()) / LOW_SPEED_ERROR
+    return np.asarray(max(together, 1.0) * error * error)
 
 
 def settling_decay(lag: float) -> float:

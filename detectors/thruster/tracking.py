@@ -14,14 +14,12 @@ from detectors.thruster.fading import FadingMaximum
 from detectors.thruster.history import COMMAND, SPEED, TIME, TRUSTED, VOLTAGE, History
 from detectors.thruster.lag import follow_gain, followed
 from detectors.thruster.model import ThrusterModel
-from detectors.thruster.noise import settling_decay
+from detectors.thruster.noise import low_speed_error, settling_decay
 from detectors.thruster.window import GAP_PERIODS, SPIKE
 
 FloatArray = NDArray[np.float64]
 
 SPEED_MIN = 0.08  # of the top speed: errors of slower speeds are taken relative to this one
-LOW_SPEED_ERROR = 0.04  # error of the curve, in top speeds, near standstill; it vanishes above about 0.2 of top speed
-LOW_SPEED = 0.1
 NEVER = -(2**60)  # number of no sample
 RUN_IN = 60  # samples before the first that counts, for the lag's state to settle
 
@@ -179,8 +177,7 @@ class Tracker:
         ahead = self.model.timing.at(np.abs(np.diff(seen.target)) * self._follow[0])
         size = np.abs(now.predicted)
         divisor = np.maximum(size, SPEED_MIN)
-        slowness = (size / LOW_SPEED) * (size / LOW_SPEED)
-        low = LOW_SPEED_ERROR / (1.0 + slowness * slowness)
+        low = low_speed_error(size)
         unsettled = np.maximum(now.unsettled, ahead)
         systematic = np.sqrt(unsettled * unsettled + low * low) / divisor
         noise = self.model.noise / divisor

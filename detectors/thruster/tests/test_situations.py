@@ -10,6 +10,7 @@ from detectors.thruster.tests.simulation import RATE_HZ, Thruster, cruising, las
 from detectors.verdict import Level
 
 SEEDS = (10, 11)
+HELD_SEEDS = (38, 45)
 
 
 def healthy(count, seed):
@@ -64,6 +65,20 @@ def test_a_command_outside_what_was_learnt_is_unknown_not_a_fault(command):
     assert set(verdicts.reason[1203:1240]) == {"command not learnt yet"}
     assert Level.FAULT not in verdicts.level
     assert verdicts.level[-1] == Level.NORMAL
+
+
+def held_both_ways(count, seed):
+    """Commands of random size and direction, each held for 1 to 10 s: a window has few of them."""
+    rng = np.random.default_rng(seed)
+    return np.repeat(rng.uniform(-0.8, 0.8, count), rng.integers(50, 500, count))[:count]
+
+
+@pytest.mark.parametrize("seed", HELD_SEEDS)
+def test_slow_levels_do_not_bend_the_curve_between_the_few_faster_ones(seed):
+    thruster, count = Thruster(bend=0.8, dead_band=0.05, noise=0.001), 3000
+    said = levels(thruster.simulate(held_both_ways(count, seed), seed=seed))
+    assert set(said.tolist()) == {Level.UNKNOWN, Level.NORMAL}
+    assert np.mean(said[1000:] == Level.NORMAL) > 0.5
 
 
 @pytest.mark.parametrize("seed", SEEDS)
