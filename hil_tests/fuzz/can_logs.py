@@ -80,7 +80,7 @@ def _check(reader: Reader, module: ModuleType, piece: str, exact: bool, data: by
         reader: of the format.
         module: where its constant is.
         piece: name of the constant that says how much is read at once.
-        exact: False where a damaged object may look better at the end of a piece, so that it is lost in another way.
+        exact: False where a damaged object is judged by what follows, so that it may look better at a piece's end.
         data: the log.
     """
     with as_file(data, "damaged.log") as path:
@@ -90,10 +90,11 @@ def _check(reader: Reader, module: ModuleType, piece: str, exact: bool, data: by
     if whole is None or parts is None:
         require(whole is parts, "it is a log, or it is none")
         return
+    if whole.damage.lost and not exact:
+        return
     lost = parts.damage.lost, whole.damage.lost
-    require(lost[0] == lost[1] or not exact, f"in pieces {lost[0]} are lost, whole {lost[1]}")
-    same = lost[0].keys() != lost[1].keys() or _without_times(parts) == _without_times(whole)
-    require(same, f"in pieces {parts.frames}, whole {whole.frames}")
+    require(lost[0] == lost[1], f"in pieces {lost[0]} are lost, whole {lost[1]}")
+    require(_without_times(parts) == _without_times(whole), f"in pieces {parts.frames}, whole {whole.frames}")
 
 
 def _check_any(data: bytes) -> None:
