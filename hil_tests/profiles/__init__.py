@@ -1,0 +1,1 @@
+"""Vehicles to play scenarios with: one YAML file each, and the gateway's configuration that belongs to it."""
