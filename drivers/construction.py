@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import fields, is_dataclass, make_dataclass
+from functools import cache
 from typing import Any, TypeVar
 
 T = TypeVar("T")
@@ -29,7 +30,11 @@ def constructor(kind: type[T], *, checked: bool = False) -> Callable[..., T]:
         raise ValueError(f"kind must be a dataclass with slots, got {kind.__qualname__}")
     if hasattr(kind, "__post_init__") and not checked:
         raise ValueError(f"kind must be without __post_init__ or checked by the caller, got {kind.__qualname__}")
+    return _open_class(kind)
 
+
+@cache  # several modules make readings of one kind
+def _open_class(kind: type[Any]) -> Callable[..., Any]:
     def close(made: Any) -> None:
         made.__class__ = kind
 

@@ -13,6 +13,7 @@ from drivers.mavlink.formats import name_of
 from drivers.mavlink.link import MavlinkLink
 from drivers.mavlink.messages import CommandAck, CommandResult, OutgoingMessage
 from drivers.mavlink.streams import StreamRequests
+from drivers.mavlink.transports import Connect, open_transport
 from drivers.readings import (
     AutopilotClock,
     AutopilotConflict,
@@ -48,6 +49,7 @@ class Companion:
         config: with a `mavlink` table.
         clock: stamps what is received.
         take: gets the readings.
+        connect: opens the endpoint.
 
     Attributes:
         received: readings so far.
@@ -58,11 +60,17 @@ class Companion:
         ConfigError: its signing key cannot be used.
     """
 
-    def __init__(self, config: Config, clock: Clock, take: Callable[[str, Sequence[Reading]], None]) -> None:
+    def __init__(
+        self,
+        config: Config,
+        clock: Clock,
+        take: Callable[[str, Sequence[Reading]], None],
+        connect: Connect = open_transport,
+    ) -> None:
         if config.mavlink is None:
             raise ValueError("mavlink: missing, a companion needs the link to its autopilot")
         self._settings = config.mavlink
-        self._link = MavlinkLink(MAVLINK, config.mavlink.endpoint, clock)
+        self._link = MavlinkLink(MAVLINK, config.mavlink.endpoint, clock, connect)
         self._signing = link_signing(config.mavlink, config.files.state, clock.now())
         self._gate = None if self._signing is None else self._signing.signing
         self.buses = forwarded_buses(config, take)

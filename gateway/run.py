@@ -16,6 +16,7 @@ from threadpoolctl import threadpool_limits
 
 from drivers.clock import Clock
 from drivers.mavlink.messages import CommandAck
+from drivers.mavlink.transports import Connect, open_transport
 from drivers.readings import LinkState, OperatorAct, Reading
 from gateway.can_source import CanSource, PortOf
 from gateway.companion import Companion
@@ -56,6 +57,7 @@ async def run(
     factories: Factories | None = None,
     service: Service | None = None,
     port_of: PortOf | None = None,
+    connect: Connect = open_transport,
 ) -> Summary:
     """Watches until `stop` is set.
 
@@ -68,6 +70,7 @@ async def run(
         factories: makes the detectors; None: the real ones.
         service: is told how the run goes; None: nobody is.
         port_of: how a CAN bus is opened; None: as it is configured.
+        connect: how the autopilot's link is opened.
 
     Returns:
         What the run came to.
@@ -80,7 +83,8 @@ async def run(
     # the detectors' matrices are small: BLAS threads that wait for each other on busy cores cost more than they give
     with threadpool_limits(limits=1, user_api="blas"), FindingsFile(config.files.findings) as findings:
         pipeline = Pipeline(config, factories)
-        session = _Session(config, pipeline, clock or Clock(), observer, findings, service or Service({}), port_of)
+        services = service or Service({})
+        session = _Session(config, pipeline, clock or Clock(), observer, findings, services, port_of, connect)
         return await session.run(stop or asyncio.Event(), accept or asyncio.Event())
 
 
@@ -96,6 +100,7 @@ class _Session:
         findings: FindingsFile,
         service: Service,
         port_of: PortOf | None,
+        connect: Connect,
     ) -> None:
         self._config, self._clock, self._pipeline, self._service = config, clock, pipeline, service
         self._memory = Memory(config.files.state, config.files.young_s, clock.now)
@@ -104,7 +109,7 @@ class _Session:
             for bus in config.can
             if not bus.forwarded
         ]
-        self._companion = Companion(config, clock, self._take) if config.mavlink else None
+        self._companion = Companion(config, clock, self._take, connect) if config.mavlink else None
         self._outlet = Outlet(
             findings,
             config.files.findings,

@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 from drivers.clock import Clock
 from drivers.mavlink.endpoint import parse_endpoint
-from drivers.mavlink.transports import Transport, open_transport
+from drivers.mavlink.transports import Connect, Transport, open_transport
 from drivers.readings import LinkState
 
 # Everything that speaks MAVLink beats once a second; conventions call it lost after four to five.
@@ -28,6 +28,7 @@ class MavlinkLink:
         name: the link's name in the configuration.
         endpoint: `udpin:HOST:PORT`, `udpout:HOST:PORT`, `tcp:HOST:PORT` or `serial:DEVICE:BAUD`.
         clock: stamps what is received.
+        connect: opens the endpoint.
 
     Attributes:
         unsent: messages that could not be sent, counted by cause.
@@ -37,7 +38,7 @@ class MavlinkLink:
         ValueError: the endpoint cannot be read.
     """
 
-    def __init__(self, name: str, endpoint: str, clock: Clock) -> None:
+    def __init__(self, name: str, endpoint: str, clock: Clock, connect: Connect = open_transport) -> None:
         self.name = name
         self.endpoint = parse_endpoint(endpoint)
         self.unsent: Counter[str] = Counter()
@@ -45,6 +46,7 @@ class MavlinkLink:
         self.sent_bytes = 0
         self._text = endpoint
         self._clock = clock
+        self._connect = connect
         self._transport: Transport | None = None
         self._up: bool | None = None  # None: nothing was reported yet
         self._heard_s = 0.0
@@ -97,7 +99,7 @@ class MavlinkLink:
                 lost.set_result(reason)
 
         try:
-            self._transport = await open_transport(self.endpoint, receive, lose, self.unsent)
+            self._transport = await self._connect(self.endpoint, receive, lose, self.unsent)
         except OSError as error:
             return f"cannot open {self._text}: {error or 'no answer'}"
         try:

@@ -10,7 +10,7 @@ import asyncio
 import os
 import termios
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from typing import Any, Protocol, cast
 
 import serial
@@ -147,6 +147,10 @@ class DatagramTransport(asyncio.DatagramProtocol):
         if self._socket is None:
             raise ValueError("the socket is not open: use open_transport")
         return self._socket
+
+
+# How an endpoint is opened: `open_transport`, or what plays its part
+Connect = Callable[[Endpoint, ReceiveCallback, LostCallback, Counter[str]], Awaitable[Transport]]
 
 
 async def open_transport(

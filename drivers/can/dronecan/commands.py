@@ -15,11 +15,13 @@ from drivers.can.dronecan.setpoints import RAW_COMMAND, RPM_COMMAND, Setpoints
 from drivers.can.dronecan.thruster import DroneCanThruster, commanded_by, raw_fractions
 from drivers.can.dronecan.transfer_block import Bools, Integers, Transfers
 from drivers.command import CommandScale
-from drivers.quick_readings import thruster_command
+from drivers.construction import constructor
 from drivers.reading_block import CommandColumns
-from drivers.readings import Reading
+from drivers.readings import Reading, ThrusterCommand
 
 Fraction = Callable[[int], float | None]
+
+_command = constructor(ThrusterCommand)
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +94,7 @@ class CommandReader:
             if fraction is None:
                 self._drops["command out of range"] += 1
             else:
-                yield thruster_command(time_s, part.number, fraction)
+                yield _command(time_s, part.number, fraction)
 
     def read_block(self, raw: Transfers, rpm: Transfers) -> tuple[list[CommandColumns], list[tuple[int, Reading]]]:
         """Readings of many messages: of each, what `read` gives; what is told of conflicts with its row."""

@@ -18,7 +18,7 @@ from drivers.can.dronecan.esc_status import ESC_INDEX_MAX, SPEED_BITS, STATUS_DT
 from drivers.can.dronecan.nodes import NodeWatch
 from drivers.can.dronecan.thruster import DroneCanThruster
 from drivers.can.dronecan.transfer_block import Bools, Floats, Integers, Transfers
-from drivers.quick_readings import thruster_report
+from drivers.construction import constructor
 from drivers.reading_block import ReportColumns
 from drivers.readings import Reading, ThrusterReport
 
@@ -27,6 +27,8 @@ UNKNOWN_RPM = 0xFFFF
 
 # (N,) of STATUS_DTYPE
 Columns: TypeAlias = NDArray[Any]
+
+_report = constructor(ThrusterReport)
 
 
 @dataclass(slots=True)
@@ -84,7 +86,7 @@ class ReportReader:
         return readings
 
     def _report(self, thruster: DroneCanThruster, status: EscStatus, time_s: float) -> ThrusterReport:
-        return thruster_report(
+        return _report(
             time_s,
             thruster.thruster,
             self._speed(thruster, status.speed_rpm),
