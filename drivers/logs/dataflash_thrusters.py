@@ -16,11 +16,11 @@ import numpy as np
 from drivers.logs.boot_clock import BootClock
 from drivers.logs.damage import DamageReport
 from drivers.logs.dataflash_format import Records
+from drivers.logs.esc_currents import EscCurrents
 from drivers.logs.plausible import FloatArray, Mask, between, optional, refuse
 from drivers.logs.stamped import Stamped
 from drivers.mavlink.thrusters import (
     CELSIUS_ZERO_K,
-    CURRENT_MAX_A,
     SPEED_MAX_RPM,
     TEMPERATURE_MAX_C,
     VOLTAGE_MAX_V,
@@ -48,7 +48,7 @@ class DataflashThrusters:
         self._commanded = [one for one in thrusters if one.servo_channel is not None]
         self._measured = [one for one in thrusters if one.esc_index is not None]
         self._sensed = [one for one in thrusters if one.rpm_sensor is not None]
-        self._meters: set[int] = set()  # that measured a current once: for the others 0 A means nothing
+        self._currents = EscCurrents()
 
     def take(self, records: Records) -> Iterator[Stamped]:
         """Readings of records of one type, one of `WANTED`."""
@@ -87,7 +87,7 @@ class DataflashThrusters:
         columns = (
             self._speed(thruster, records),
             between(_column(records, "Volt"), 0.0, VOLTAGE_MAX_V),
-            self._current(thruster, records),
+            self._currents.measured(thruster.thruster, _column(records, "Curr")),
             between(_column(records, "Temp"), 0.0, TEMPERATURE_MAX_C) + CELSIUS_ZERO_K,
         )
         values = zip(*map(optional, columns), strict=True)
@@ -102,19 +102,7 @@ class DataflashThrusters:
         rpm = np.where(np.isnan(raw_rpm), rpm, raw_rpm)
         self._refuse(records, np.abs(rpm) > SPEED_MAX_RPM, "implausible speed")
         rpm[~(np.abs(rpm) <= SPEED_MAX_RPM)] = np.nan
-        if not thruster.signed:
-            return np.abs(rpm)
-        return -rpm if thruster.reverse else rpm
-
-    def _current(self, thruster: MavlinkThruster, records: Records) -> FloatArray:
-        current_a = _column(records, "Curr")
-        measured = np.abs(current_a) < CURRENT_MAX_A
-        flows = measured & (current_a != 0.0)
-        if thruster.thruster not in self._meters:
-            measured &= np.logical_or.accumulate(flows)
-        if flows.any():
-            self._meters.add(thruster.thruster)
-        return np.where(measured, current_a, np.nan)
+        return thruster.directed(rpm)
 
     def _sensors(self, records: Records) -> Iterator[Stamped]:
         for thruster in self._sensed:

@@ -16,13 +16,13 @@ import numpy as np
 from drivers.command import CommandScale
 from drivers.logs.boot_clock import BootClock
 from drivers.logs.damage import DamageReport
+from drivers.logs.esc_currents import EscCurrents
 from drivers.logs.plausible import Mask, between, optional, refuse_at
 from drivers.logs.stamped import Stamped
 from drivers.logs.ulog_topics import FloatArray, Topic
 from drivers.mavlink.thrusters import (
     CELSIUS_ZERO_K,
     CHANNELS_PER_PORT,
-    CURRENT_MAX_A,
     SPEED_MAX_RPM,
     TEMPERATURE_MAX_C,
     VOLTAGE_MAX_V,
@@ -48,7 +48,7 @@ class UlogThrusters:
         self._clock = clock
         self._damage = damage
         self._heard: dict[int, float] = {}  # ESCs: their own newest time
-        self._meters: set[int] = set()  # that measured a current once: for the others 0 A means nothing
+        self._currents = EscCurrents()
 
     def take(self, topic: Topic) -> Iterator[Stamped]:
         """Readings of one of `WANTED`."""
@@ -92,7 +92,7 @@ class UlogThrusters:
         columns = (
             self._speed(said, thruster, prefix),
             between(_column(said, prefix + "esc_voltage"), 0.0, VOLTAGE_MAX_V),
-            self._current(said, thruster, prefix),
+            self._currents.measured(thruster.thruster, _column(said, prefix + "esc_current")),
             between(_column(said, prefix + "esc_temperature"), 0.0, TEMPERATURE_MAX_C) + CELSIUS_ZERO_K,
         )
         errors = said.fields.get(prefix + "esc_errorcount", np.zeros(len(said), dtype=np.int64)).tolist()
@@ -113,19 +113,7 @@ class UlogThrusters:
         implausible = np.abs(rpm) > SPEED_MAX_RPM
         refuse_at(self._damage, topic.boot_s, implausible, "implausible speed")
         rpm[implausible] = np.nan
-        if not thruster.signed:
-            return np.abs(rpm)
-        return -rpm if thruster.reverse else rpm
-
-    def _current(self, topic: Topic, thruster: MavlinkThruster, prefix: str) -> FloatArray:
-        current_a = _column(topic, prefix + "esc_current")
-        measured = np.abs(current_a) < CURRENT_MAX_A
-        flows = measured & (current_a != 0.0)
-        if thruster.thruster not in self._meters:
-            measured &= np.logical_or.accumulate(flows)
-        if flows.any():
-            self._meters.add(thruster.thruster)
-        return np.where(measured, current_a, np.nan)
+        return thruster.directed(rpm)
 
 
 def _column(topic: Topic, name: str) -> FloatArray:

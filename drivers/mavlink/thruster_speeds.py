@@ -91,7 +91,7 @@ class ThrusterSpeeds:
             thruster = self._by_esc.get(index + place)
             rpm, voltage_v, current_a = values[1 + place], values[5 + place], values[9 + place]
             if thruster is not None and self._reports(thruster, (rpm, voltage_v, current_a)):
-                readings.append(self._report(thruster, _directed(thruster, rpm), voltage_v, current_a, None, time_s))
+                readings.append(self._report(thruster, thruster.directed(rpm), voltage_v, current_a, None, time_s))
         return readings
 
     def esc_info(self, values: tuple[Any, ...], time_s: float) -> list[Reading]:
@@ -173,12 +173,6 @@ class ThrusterSpeeds:
             return float(rpm)
         self._drops["implausible speed"] += 1
         return None
-
-
-def _directed(thruster: MavlinkThruster, rpm: int) -> int:
-    if not thruster.signed:
-        return abs(rpm)
-    return -rpm if thruster.reverse else rpm
 
 
 def _kelvin(centidegrees: int) -> float | None:

@@ -4,8 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from drivers.command import CommandScale
+
+# of one report, or (N,) of many
+Speed = TypeVar("Speed", int, NDArray[np.float64])
 
 CHANNELS_PER_PORT = 16  # of SERVO_OUTPUT_RAW
 ACTUATORS = 32  # of ACTUATOR_OUTPUT_STATUS
@@ -64,3 +71,9 @@ class MavlinkThruster:
             raise ValueError(f"servo_channel or actuator and command_scale come together or not at all, got {self}")
         if self.esc_index is not None and self.rpm_sensor is not None:
             raise ValueError(f"one source of speed: esc_index or rpm_sensor, got {self}")
+
+    def directed(self, rpm: Speed) -> Speed:
+        """A speed that was reported, positive ahead; the magnitude where its sign says nothing."""
+        if not self.signed:
+            return abs(rpm)
+        return -rpm if self.reverse else rpm
