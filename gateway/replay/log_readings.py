@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter, defaultdict
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from math import inf
 from pathlib import Path
 
@@ -61,7 +62,7 @@ class LogReadings:
         """The same logs, unread."""
         return LogReadings(self.logs, self._config)
 
-    @property
+    @cached_property  # it looks through the whole of a log
     def unix(self) -> bool:
         """Whether the times are unix seconds; else they count from some beginning."""
         clocks = {LogKind.DATAFLASH: dataflash_clock, LogKind.ULOG: ulog_clock}
