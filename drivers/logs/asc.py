@@ -26,7 +26,7 @@ from drivers.logs.frame_text import (
     read_lines,
     whole_number,
 )
-from drivers.logs.text_log import head_of_text, not_a_log, text_of
+from drivers.logs.text_log import check_kind, text_of
 
 _BEGINS = re.compile(
     rb"^[ \t]*(date[ \t]+\w{2,3}[ \t]|base[ \t]+(hex|dec)|begin triggerblock|\d+\.\d{3,9}[ \t]+(\d{1,3}|CANFD)[ \t])",
@@ -73,9 +73,7 @@ def read_asc(path: Path, damage: DamageReport) -> Iterator[tuple[str, FrameBlock
         OSError: the file cannot be read.
         ValueError: it is no ASCII log; an empty one has no frames.
     """
-    head = head_of_text(path)
-    if head.strip() and not is_asc(head):
-        raise not_a_log(path, "Vector ASC log")
+    check_kind(path, "Vector ASC log", is_asc)
     return read_lines(path, _AscLines().read, damage)
 
 

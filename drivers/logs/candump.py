@@ -21,7 +21,7 @@ from drivers.logs.candump_line import has_epoch, read_line
 from drivers.logs.damage import DamagedRecordError, DamageReport
 from drivers.logs.frame_text import LoggedFrame
 from drivers.logs.line_frames import LineFrames
-from drivers.logs.text_log import TextChunk, head_of_text, not_a_log, text_chunks
+from drivers.logs.text_log import TextChunk, check_kind, text_chunks
 
 _MICROSECONDS = 1e6
 _BEGINS = re.compile(rb"\((\d{1,10}\.\d{1,9}|\d{4}-\d\d-\d\d [\d:]{8}\.\d{1,9})\)[ \x1b]")
@@ -44,9 +44,7 @@ def read_candump(path: Path, damage: DamageReport) -> Iterator[tuple[str, FrameB
         OSError: the file cannot be read.
         ValueError: it is no candump log; an empty one, or one of zeros, has no frames.
     """
-    head = head_of_text(path)
-    if head.strip() and not is_candump(head):
-        raise not_a_log(path, "candump log")
+    check_kind(path, "candump log", is_candump)
     return _blocks(path, damage)
 
 

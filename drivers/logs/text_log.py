@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import gzip
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from io import BufferedReader
 from pathlib import Path
@@ -61,6 +61,18 @@ def head_of_text(path: Path) -> bytes:
     with _opened(path) as stream:
         head = next(_pieces(stream, _HEAD_SEARCH_BYTES, DamageReport()), b"")
     return head.lstrip(b"\0")[:HEAD_TEXT_BYTES]
+
+
+def check_kind(path: Path, wanted: str, is_wanted: Callable[[bytes], bool]) -> None:
+    """Refuses a file whose beginning is of another kind; one that is empty, or of zeros, is of any.
+
+    Raises:
+        OSError: the file cannot be read.
+        ValueError: it is of another kind.
+    """
+    head = head_of_text(path)
+    if head.strip() and not is_wanted(head):
+        raise not_a_log(path, wanted)
 
 
 def not_a_log(path: Path, wanted: str) -> ValueError:

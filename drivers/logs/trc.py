@@ -27,7 +27,7 @@ from drivers.logs.frame_text import (
     read_lines,
     whole_number,
 )
-from drivers.logs.text_log import head_of_text, not_a_log, text_of
+from drivers.logs.text_log import check_kind, text_of
 
 # Letters as in $COLUMNS: N number, O offset of time, B bus, T type, I identifier, R reserved, d direction,
 # L data length code, l data length, D data.
@@ -62,9 +62,7 @@ def read_trc(path: Path, damage: DamageReport) -> Iterator[tuple[str, FrameBlock
         OSError: the file cannot be read.
         ValueError: it is no trace file; an empty one has no frames.
     """
-    head = head_of_text(path)
-    if head.strip() and not is_trc(head):
-        raise not_a_log(path, "PEAK TRC log")
+    check_kind(path, "PEAK TRC log", is_trc)
     return read_lines(path, _TrcLines().read, damage)
 
 
