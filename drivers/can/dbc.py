@@ -19,6 +19,7 @@ from drivers.can.messages.plan import MessageLayout, MessagePlan
 from drivers.can.messages.signal_reader import Signal
 from drivers.can.messages.speed_reader import POLE_PAIR_UNITS, SPEED_LIMIT_RPM, SpeedSignal, SpeedUnit, rpm_per_unit
 from drivers.can.messages.thruster_reader import CommandSignal, ReportSignals
+from drivers.can.twins import twins
 from drivers.command import CommandScale
 
 __all__ = ["DbcDecoder", "DbcThruster", "SpeedUnit"]
@@ -113,7 +114,7 @@ class DbcDecoder(MessageDecoder):
         if not isinstance(database, Database):
             database = load_database(Path(database))
         draft = _Draft(database, speed_limit_rpm)
-        problems = _twins([thruster.thruster for thruster in thrusters])
+        problems = twins("thruster", [thruster.thruster for thruster in thrusters])
         for thruster in thrusters:
             problems += draft.add(thruster)
         if problems:
@@ -176,8 +177,3 @@ class _Draft:
             wanted.report(thruster.thruster, speed=thruster.speed_signal(signal, self._speed_limit_rpm))
         else:
             wanted.report(thruster.thruster, **{quantity: signal})
-
-
-def _twins(numbers: list[int]) -> list[str]:
-    twins = sorted(number for number, count in Counter(numbers).items() if count > 1)
-    return [f"thruster must differ from thruster to thruster, got {twin} more than once" for twin in twins]

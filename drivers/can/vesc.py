@@ -20,6 +20,7 @@ from drivers.can.messages.plan import Columns, IndexArray, MessageLayout, Messag
 from drivers.can.messages.signal_reader import Signal
 from drivers.can.messages.speed_reader import SPEED_LIMIT_RPM, SpeedSignal
 from drivers.can.messages.thruster_reader import CommandSignal, ReportSignals
+from drivers.can.twins import refuse_twins
 from drivers.can.vesc_messages import BRAKES, CELSIUS_K, CONTROLLER_ID_MAX, CONTROLS, Control, Packet, identifier
 from drivers.command import CommandScale
 from drivers.readings import Reading
@@ -101,8 +102,9 @@ class VescDecoder(MessageDecoder):
     def __init__(self, thrusters: Sequence[VescThruster], speed_limit_rpm: float = SPEED_LIMIT_RPM) -> None:
         if not speed_limit_rpm > 0.0:
             raise ValueError(f"speed_limit_rpm must be positive, got {speed_limit_rpm}")
-        _refuse_twins("thruster", [one.thruster for one in thrusters])
-        _refuse_twins("controller_id", [one.controller_id for one in thrusters])
+        refuse_twins(
+            thruster=[one.thruster for one in thrusters], controller_id=[one.controller_id for one in thrusters]
+        )
         drops: Counter[str] = Counter()
         plans = [
             plan
@@ -159,9 +161,3 @@ class _OtherControl:
         if len(row):
             self._drops["command of another kind"] += len(row)
         return [], []
-
-
-def _refuse_twins(name: str, numbers: list[int]) -> None:
-    twins = [number for number, count in Counter(numbers).items() if count > 1]
-    if twins:
-        raise ValueError(f"{name} must differ from thruster to thruster, got {twins[0]} more than once")

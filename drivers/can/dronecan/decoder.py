@@ -17,7 +17,7 @@ from drivers.can.dronecan.nodes import NodeWatch
 from drivers.can.dronecan.rates import FrameRates
 from drivers.can.dronecan.reports import ReportReader
 from drivers.can.dronecan.setpoints import RAW_COMMAND, RPM_COMMAND
-from drivers.can.dronecan.thruster import DroneCanThruster, refuse_twins
+from drivers.can.dronecan.thruster import DroneCanThruster
 from drivers.can.dronecan.transfer import (
     END_OF_TRANSFER,
     MESSAGE_MASK,
@@ -32,6 +32,7 @@ from drivers.can.dronecan.transfer import (
 from drivers.can.dronecan.transfer_block import Transfers, receive
 from drivers.can.frame import CanFilter, CanFrame
 from drivers.can.frame_block import ERROR, EXTENDED, FD, FrameBlock
+from drivers.can.twins import refuse_twins
 from drivers.reading_block import ReadingBlock
 from drivers.readings import Reading
 
@@ -75,7 +76,7 @@ class DroneCanDecoder:
     def __init__(self, thrusters: Sequence[DroneCanThruster], speed_limit_rpm: float = SPEED_LIMIT_RPM) -> None:
         if not speed_limit_rpm > 0.0:
             raise ValueError(f"speed_limit_rpm must be positive, got {speed_limit_rpm}")
-        refuse_twins(thrusters)
+        refuse_twins(thruster=[one.thruster for one in thrusters], esc_index=[one.esc_index for one in thrusters])
         self.drops: Counter[str] = Counter()
         self._thrusters = {one.esc_index: one for one in thrusters}
         self._nodes = NodeWatch()

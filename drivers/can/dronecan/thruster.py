@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -80,12 +79,3 @@ def commanded_by(thrusters: Sequence[DroneCanThruster], message: Setpoints) -> l
     return sorted(
         (one for one in thrusters if (one.maximum_rpm is None) == raw), key=lambda thruster: thruster.thruster
     )
-
-
-def refuse_twins(thrusters: Sequence[DroneCanThruster]) -> None:
-    """ValueError: two of them with one number or one esc_index."""
-    for name in ("thruster", "esc_index"):
-        counts = Counter(getattr(one, name) for one in thrusters)
-        twins = [number for number, count in counts.items() if count > 1]
-        if twins:
-            raise ValueError(f"{name} must differ from thruster to thruster, got {twins[0]} more than once")
