@@ -54,6 +54,24 @@ class Finding:
             ensure_ascii=False,
         )
 
+    @classmethod
+    def of_json_line(cls, line: str) -> Finding:
+        """The finding of such a line, as exact as it was written.
+
+        Raises:
+            ValueError, KeyError: it is none.
+        """
+        told = json.loads(line)
+        return cls(
+            time_s=told["time_s"],
+            detector=told["detector"],
+            subject=told["subject"],
+            level=Level[told["level"]],
+            score=math.nan if told["score"] is None else told["score"],
+            text=told["text"],
+            severity=Severity[told["severity"]],
+        )
+
 
 class FindingsFile:
     """Appends findings to a file, each on disk before `append` returns. A line cut off by a crash is closed first.

@@ -11,47 +11,11 @@ from numpy.typing import NDArray
 
 from gateway.findings import Finding
 from hil_tests.rig.notes import ReceivedCommand, ReceivedText
+from hil_tests.rig.truth import ModeChange as ModeChange
+from hil_tests.rig.truth import Truth as Truth
 from hil_tests.scenario.document import Scenario
 
 FloatArray = NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True)
-class ModeChange:
-    """The autopilot's mode from here on, in its own words, and whether it is armed."""
-
-    time_s: float
-    mode: str
-    armed: bool
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Truth:
-    """What the simulated vehicle really did: N instants, T thrusters.
-
-    Attributes:
-        time_s: (N,) unix seconds.
-        command: (N, T) as the autopilot meant it, -1 to 1.
-        speed_rpm, healthy_rpm: (N, T) of the propellers, and what they would be without any fault.
-        north_m, east_m, down_m, yaw_rad: (N,) place and heading.
-        through_water_mps, over_ground_mps: (N,) speeds in the plane.
-        current_north_mps, current_east_mps: (N,) of the water.
-        supply_v: (N,).
-    """
-
-    time_s: FloatArray
-    command: FloatArray
-    speed_rpm: FloatArray
-    healthy_rpm: FloatArray
-    north_m: FloatArray
-    east_m: FloatArray
-    down_m: FloatArray
-    yaw_rad: FloatArray
-    through_water_mps: FloatArray
-    over_ground_mps: FloatArray
-    current_north_mps: FloatArray
-    current_east_mps: FloatArray
-    supply_v: FloatArray
 
 
 @dataclass(frozen=True, slots=True)

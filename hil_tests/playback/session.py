@@ -1,0 +1,86 @@
+"""A play, step by step: vehicle, wires, bus and link. The same code in virtual time, in real time, on any bus."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from drivers.can.frame import CanFrame
+from hil_tests.playback.ends import Vehicle, VehicleBus, VehicleLink
+from hil_tests.playback.recorder import Recorder
+from hil_tests.wires.way import Passed, Towards, Wire
+
+STEP_S = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class Parts:
+    """What is played together.
+
+    Attributes:
+        vehicle: all that is not under test.
+        bus, can_wire: the CAN bus by which the gateway hears ESCs, and what faults make of it; None: there is none.
+        bus_name: in the gateway's configuration.
+        link, mavlink_wire: the same of the autopilot's link.
+        recorder: of what the gateway gets, and says.
+    """
+
+    vehicle: Vehicle
+    bus: VehicleBus | None
+    can_wire: Wire[CanFrame]
+    bus_name: str
+    link: VehicleLink
+    mavlink_wire: Wire[bytes]
+    recorder: Recorder
+
+
+class Session:
+    """Moves frames and packets to where they belong; told the time, and never waits.
+
+    Args:
+        parts: what is played.
+    """
+
+    def __init__(self, parts: Parts) -> None:
+        self._parts = parts
+
+    def step(self, time_s: float) -> None:
+        """All that happens by this time, in unix seconds."""
+        parts = self._parts
+        parts.vehicle.advance(time_s)
+        if parts.bus is not None:
+            self._exchange_frames(parts.bus, time_s)
+        self._exchange_packets(time_s)
+
+    def _exchange_frames(self, bus: VehicleBus, time_s: float) -> None:
+        vehicle, wire = self._parts.vehicle, self._parts.can_wire
+        from_autopilot = vehicle.sent_by_autopilot()
+        bus.send(from_autopilot, ())
+        commands = [(frame, Towards.DEVICES) for frame in bus.heard_by_devices()]
+        reports = [(frame, Towards.AUTOPILOT) for frame in vehicle.sent_by_devices()]
+        for frame, towards in sorted([*commands, *reports], key=lambda one: one[0].time_s):
+            wire.put(frame.time_s, frame, towards)
+        passed = wire.due(time_s)
+        vehicle.to_devices(_towards(passed, Towards.DEVICES))
+        from_devices = _towards(passed, Towards.AUTOPILOT)
+        bus.send((), from_devices)
+        on_bus = sorted([*from_autopilot, *from_devices], key=lambda frame: frame.time_s)
+        self._parts.recorder.frames(self._parts.bus_name, on_bus)
+
+    def _exchange_packets(self, time_s: float) -> None:
+        parts = self._parts
+        for sent_s, datagram in parts.vehicle.datagrams():
+            parts.mavlink_wire.put(min(sent_s, time_s), datagram, Towards.GATEWAY)
+        for datagram in parts.link.heard():
+            parts.recorder.said(time_s, datagram)
+            parts.mavlink_wire.put(time_s, datagram, Towards.AUTOPILOT)
+        for one in parts.mavlink_wire.due(time_s):
+            if one.towards is Towards.AUTOPILOT:
+                parts.vehicle.to_autopilot(time_s, one.item)
+            else:
+                parts.recorder.heard(time_s, one.item)
+                parts.link.send(one.item)
+
+
+def _towards(passed: Sequence[Passed[CanFrame]], towards: Towards) -> list[CanFrame]:
+    return [one.item for one in passed if one.towards is towards]
