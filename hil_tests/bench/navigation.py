@@ -42,7 +42,7 @@ from hil_tests.bench.navigation_tables import (
 )
 from hil_tests.bench.navigation_timing import navigation_watch
 from hil_tests.bench.navigation_trace import MakeWatch
-from hil_tests.bench.processes import processes, results
+from hil_tests.processes import processes, results
 from hil_tests.bench.tables import timing_table
 from hil_tests.bench.timing import Timing
 from hil_tests.bench.timing import measure as measure_time

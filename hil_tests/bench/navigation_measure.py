@@ -15,7 +15,7 @@ from hil_tests.bench.navigation_paper import PaperScore, paper_score, paper_trac
 from hil_tests.bench.navigation_positions import DURATION_S, variants, way
 from hil_tests.bench.navigation_scores import DEFAULT, Alarms, Found, alarms, by_case, found, scales_for
 from hil_tests.bench.navigation_trace import PLAIN, Job, MakeWatch, Trace, traces
-from hil_tests.bench.processes import results
+from hil_tests.processes import results
 from hil_tests.dives import IMU_HZ, Style
 from hil_tests.navigation_trials import Way
 

@@ -14,7 +14,7 @@ from hil_tests.bench.navigation_cases import CASES, PAPER_CASE, Case, Source, on
 from hil_tests.bench.navigation_measure import Options
 from hil_tests.bench.navigation_positions import FAULTS
 from hil_tests.bench.navigation_trace import MakeWatch, initial_of, seed_of
-from hil_tests.bench.processes import results
+from hil_tests.processes import results
 from hil_tests.navigation_figures import Watched, statistics_figure, track_figure
 from hil_tests.navigation_trials import Way, faulty, play, samples
 

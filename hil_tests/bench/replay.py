@@ -19,7 +19,7 @@ from gateway.replay.log_input import log_input
 from gateway.replay.session import replay as replay_logs
 from hil_tests.bench.dive_log import RATE_HZ, THRUSTERS, write_candump, write_config, write_tlog
 from hil_tests.bench.figures import console_beside, shared_options, write
-from hil_tests.bench.processes import processes, results
+from hil_tests.processes import processes, results
 
 MINUTES, FEW_MINUTES = 60, 6
 

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from hil_tests.bench.figures import console_beside, shared_options, write
-from hil_tests.bench.processes import processes, results
+from hil_tests.processes import processes, results
 from hil_tests.bench.supervisor_latency import Latency, latencies
 from hil_tests.bench.tables import timing_table
 from hil_tests.bench.timed_detector import CHANGE_S

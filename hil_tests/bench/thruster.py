@@ -11,7 +11,7 @@ import click
 from rich.console import Console
 
 from hil_tests.bench.figures import console_beside, shared_options, write
-from hil_tests.bench.processes import processes, results
+from hil_tests.processes import processes, results
 from hil_tests.bench.tables import detection_table
 from hil_tests.bench.thruster_detection import CONTENDERS, Finding, Score, judge, score
 from hil_tests.paper_experiments import Row, Run, run

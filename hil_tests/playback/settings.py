@@ -85,7 +85,7 @@ def _laid_over(tables: dict[str, Any], settings: Mapping[str, Any]) -> dict[str,
 
 
 def _key(tables: dict[str, Any], folder: Path, seed: int) -> bytes:
-    """In a file that nobody else can read. It protects nothing: it is the same for the same seed, as all chance is."""
+    """In a file that nobody else can read. A secret it is not: it follows from the seed, as all chance does."""
     key = sha256(f"scenario {seed}".encode()).digest()
     file = folder / KEY
     file.unlink(missing_ok=True)

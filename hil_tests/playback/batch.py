@@ -1,0 +1,70 @@
+"""Many scenarios, several at a time: in virtual time each core plays one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future, as_completed
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hil_tests.playback.outcome import Outcome
+from hil_tests.processes import processes
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """A scenario to play in virtual time.
+
+    Attributes:
+        path: of its file.
+        folder: for all that is written.
+        changes: fields that are set anew.
+    """
+
+    path: Path
+    folder: Path
+    changes: Mapping[str, Any]
+
+
+def play_jobs(jobs: Sequence[Job], at_a_time: int, done: Callable[[Outcome], None]) -> list[Outcome]:
+    """Plays all of them, each in virtual time.
+
+    Args:
+        jobs: what to play.
+        at_a_time: processes that play; 1: this one.
+        done: hears of each as it comes to its end.
+
+    Returns:
+        What came of them, in the order of the jobs.
+
+    Raises:
+        Exception: what a play has raised; no more are begun then.
+    """
+    if at_a_time == 1 or len(jobs) == 1:
+        return [_told(_play(job), done) for job in jobs]
+    with processes(min(at_a_time, len(jobs))) as pool:
+        futures = [pool.submit(_play, job) for job in jobs]
+        _tell(futures, done)
+        return [future.result() for future in futures]
+
+
+def _tell(futures: Sequence[Future[Outcome]], done: Callable[[Outcome], None]) -> None:
+    try:
+        for future in as_completed(futures):
+            done(future.result())
+    except BaseException:
+        for future in futures:
+            future.cancel()
+        raise
+
+
+def _play(job: Job) -> Outcome:
+    from hil_tests.playback.play import play_file
+
+    return play_file(job.path, job.folder, changes=job.changes)
+
+
+def _told(outcome: Outcome, done: Callable[[Outcome], None]) -> Outcome:
+    done(outcome)
+    return outcome
