@@ -24,8 +24,8 @@ from detectors.navigation.thresholds import ratio_threshold
 from hil_tests.bench.navigation_cases import Recorded, Simulated, Source
 from hil_tests.bench.navigation_measure import RECORDINGS
 from hil_tests.bench.navigation_trace import initial_of
-from hil_tests.bench.processes import processes, results
 from hil_tests.navigation_trials import play, samples
+from hil_tests.processes import processes, results
 
 FloatArray = NDArray[np.float64]
 

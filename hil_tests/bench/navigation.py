@@ -42,11 +42,11 @@ from hil_tests.bench.navigation_tables import (
 )
 from hil_tests.bench.navigation_timing import navigation_watch
 from hil_tests.bench.navigation_trace import MakeWatch
-from hil_tests.processes import processes, results
 from hil_tests.bench.tables import timing_table
 from hil_tests.bench.timing import Timing
 from hil_tests.bench.timing import measure as measure_time
 from hil_tests.dives import Style
+from hil_tests.processes import processes, results
 
 NOTE = (
     "own: the method's threshold as it stands; x: the multiple of it at which it has no more false alarms an hour "

@@ -15,9 +15,9 @@ from hil_tests.bench.navigation_paper import PaperScore, paper_score, paper_trac
 from hil_tests.bench.navigation_positions import DURATION_S, variants, way
 from hil_tests.bench.navigation_scores import DEFAULT, Alarms, Found, alarms, by_case, found, scales_for
 from hil_tests.bench.navigation_trace import PLAIN, Job, MakeWatch, Trace, traces
-from hil_tests.processes import results
 from hil_tests.dives import IMU_HZ, Style
 from hil_tests.navigation_trials import Way
+from hil_tests.processes import results
 
 PUBLISHED = ("chi_square", "cusum")  # those that need nothing but a filter
 METHODS: tuple[MethodName, ...] = get_args(MethodName)

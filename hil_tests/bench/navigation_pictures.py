@@ -14,9 +14,9 @@ from hil_tests.bench.navigation_cases import CASES, PAPER_CASE, Case, Source, on
 from hil_tests.bench.navigation_measure import Options
 from hil_tests.bench.navigation_positions import FAULTS
 from hil_tests.bench.navigation_trace import MakeWatch, initial_of, seed_of
-from hil_tests.processes import results
 from hil_tests.navigation_figures import Watched, statistics_figure, track_figure
 from hil_tests.navigation_trials import Way, faulty, play, samples
+from hil_tests.processes import results
 
 PICTURED: tuple[Case, ...] = (CASES[0], PAPER_CASE)  # a step, a drift
 DPI = 110

@@ -13,13 +13,13 @@ from rich.console import Console
 
 from detectors.speed.config import EstimatorName
 from hil_tests.bench.figures import console_beside, shared_options, write
-from hil_tests.processes import processes, results
 from hil_tests.bench.speed_detection import Finding, Score, score
 from hil_tests.bench.speed_tables import errors_table, found_table, missions_table
 from hil_tests.bench.speed_ways import FINE, MISSIONS, RECORDED, judge_mission, judge_recording
 from hil_tests.missions import KINDS, Style
 from hil_tests.missions.water import WaterKind
 from hil_tests.paper_experiments import Row
+from hil_tests.processes import processes, results
 from hil_tests.speed_experiments import blimp_rows, simulation_rows
 from hil_tests.speed_experiments import table as paper_table
 

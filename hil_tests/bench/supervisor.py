@@ -10,12 +10,12 @@ from rich.console import Console
 from rich.table import Table
 
 from hil_tests.bench.figures import console_beside, shared_options, write
-from hil_tests.processes import processes, results
 from hil_tests.bench.supervisor_latency import Latency, latencies
 from hil_tests.bench.tables import timing_table
 from hil_tests.bench.timed_detector import CHANGE_S
 from hil_tests.bench.timing import Timing
 from hil_tests.bench.works import time_work
+from hil_tests.processes import processes, results
 
 CHANGES = 100
 NOTE = (

@@ -11,13 +11,13 @@ import click
 from rich.console import Console
 
 from hil_tests.bench.figures import console_beside, shared_options, write
-from hil_tests.processes import processes, results
 from hil_tests.bench.tables import detection_table
 from hil_tests.bench.thruster_detection import CONTENDERS, Finding, Score, judge, score
 from hil_tests.paper_experiments import Row, Run, run
 from hil_tests.paper_experiments import rows as paper_rows
 from hil_tests.paper_experiments import table as paper_table
 from hil_tests.paper_trials import TRIALS
+from hil_tests.processes import processes, results
 from hil_tests.random_runs import Style
 
 TARGET = "target: no alarm in a healthy run; 7 % found in 95 % of the runs within 20 samples, 3 % in half within 100"

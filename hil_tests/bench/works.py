@@ -20,12 +20,12 @@ from hil_tests.bench.decoding_mavlink import (
 from hil_tests.bench.figures import console_beside, shared_options, write
 from hil_tests.bench.navigation_timing import navigation_watch
 from hil_tests.bench.predictor_timing import has_onnx, predictor_step
-from hil_tests.processes import processes, results
 from hil_tests.bench.speed_timing import speed_watch
 from hil_tests.bench.supervisor_timing import supervision
 from hil_tests.bench.tables import timing_table
 from hil_tests.bench.thruster_timing import full_refit, refit, whole_run
 from hil_tests.bench.timing import Timing, measure
+from hil_tests.processes import processes, results
 
 WORKS = {
     "full refit": full_refit,
