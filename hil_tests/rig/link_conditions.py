@@ -1,6 +1,7 @@
 """What a bad link does to datagrams: loss, delay, another order, twice the same, nothing at all for a while.
 
-Pure: datagrams and the time go in, datagrams come out when it is their time. The same seed does the same.
+Pure: datagrams (or whatever stands for them) and the time go in, and come out when it is their time. The same seed
+does the same.
 """
 
 from __future__ import annotations
@@ -9,8 +10,11 @@ from collections import Counter
 from dataclasses import dataclass
 from heapq import heappop, heappush
 from math import inf, isfinite
+from typing import Generic, TypeVar
 
 import numpy as np
+
+Datagram = TypeVar("Datagram")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,7 +52,7 @@ class LinkConditions:
 IDEAL = LinkConditions()
 
 
-class Line:
+class Line(Generic[Datagram]):
     """One direction of a link.
 
     Args:
@@ -64,7 +68,7 @@ class Line:
         self.conditions = conditions
         self.counts: Counter[str] = Counter()
         self._random = np.random.default_rng(seed)
-        self._under_way: list[tuple[float, int, bytes]] = []
+        self._under_way: list[tuple[float, int, Datagram]] = []
         self._entered = 0
         self._cut_from_s = self._cut_until_s = inf
 
@@ -76,7 +80,7 @@ class Line:
         """It is not cut, and will not be."""
         self._cut_from_s = self._cut_until_s = inf
 
-    def put(self, time_s: float, datagram: bytes) -> None:
+    def put(self, time_s: float, datagram: Datagram) -> None:
         """Send a datagram."""
         if self._cut_from_s <= time_s < self._cut_until_s:
             self.counts["cut"] += 1
@@ -89,7 +93,7 @@ class Line:
             self.counts["duplicated"] += 1
             self._send(time_s, datagram)
 
-    def due(self, time_s: float) -> list[bytes]:
+    def due(self, time_s: float) -> list[Datagram]:
         """What arrives by now, in its order."""
         arrived = []
         while self._under_way and self._under_way[0][0] <= time_s:
@@ -101,7 +105,7 @@ class Line:
         """When the next datagram arrives; infinity: none is under way."""
         return self._under_way[0][0] if self._under_way else inf
 
-    def _send(self, time_s: float, datagram: bytes) -> None:
+    def _send(self, time_s: float, datagram: Datagram) -> None:
         conditions = self.conditions
         arrival_s = time_s + conditions.latency_s + conditions.jitter_s * float(self._random.random())
         if self._happens(conditions.reordering):

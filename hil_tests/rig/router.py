@@ -40,7 +40,8 @@ class Endpoint:
         self.link.setblocking(False)
         self._remote = remote
         self._learns = remote is None
-        self.inward, self.outward = Line(conditions, 2 * seed), Line(conditions, 2 * seed + 1)
+        self.inward = Line[bytes](conditions, 2 * seed)
+        self.outward = Line[bytes](conditions, 2 * seed + 1)
 
     @property
     def port(self) -> int:

@@ -1,0 +1,95 @@
+"""The MAVLink wire: what faults do to the packets between an autopilot and the gateway.
+
+In this order: the sensors' faults change or withhold messages, as if they had been sent so; then somebody may listen
+and send of his own; then the link loses, delays and damages what is on it.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from math import inf
+
+from hil_tests.rig.link_conditions import Line
+from hil_tests.scenario.failures import Target
+from hil_tests.scenario.fault import Fault
+from hil_tests.wires.intruders import intruders
+from hil_tests.wires.link_faults import NONE, Noise, trouble
+from hil_tests.wires.way import Passed, Towards
+
+# what the wire calls that which its line counts
+_LINE_COUNTS = {"lost": "packets lost", "duplicated": "packets sent twice", "held back": "packets overtaken"}
+
+
+class MavlinkWire:
+    """A `Wire` of packets. Pure: it is told the time.
+
+    Args:
+        faults: those of other targets are left to others.
+        start_s: from when the faults' times count, in unix seconds.
+        seed: of all that is random.
+
+    Attributes:
+        counts: what faults have done, by cause.
+    """
+
+    def __init__(self, faults: Sequence[Fault], start_s: float, seed: int = 0) -> None:
+        self.counts: Counter[str] = Counter()
+        self._start_s = start_s
+        self._link_faults = [fault for fault in faults if fault.subject.target is Target.LINK]
+        self._line: Line[Passed[bytes]] = Line(seed=seed)
+        self._noise = Noise(seed)
+        self._intruders = intruders(self._link_faults, start_s)
+
+    def put(self, time_s: float, item: bytes, towards: Towards) -> None:
+        """A packet enters the wire: one datagram, or what came at once of a stream; empty ones are nothing."""
+        self._intrude(time_s)
+        passed = Passed(item, towards)
+        for intruder in self._intruders:
+            intruder.hear(time_s, passed)
+        self._send(time_s, passed)
+
+    def due(self, time_s: float) -> list[Passed[bytes]]:
+        """What has arrived by now, in order of arrival, with what faults have added."""
+        self._intrude(time_s)
+        return self._line.due(time_s)
+
+    def next_s(self) -> float:
+        """When more is due without anything being put in; infinity: never."""
+        return min(self._line.next_s(), self._intrusion_s())
+
+    def _intrusion_s(self) -> float:
+        return min((intruder.next_s() for intruder in self._intruders), default=inf)
+
+    def _intrude(self, time_s: float) -> None:
+        """What others have sent by now."""
+        while self._intrusion_s() <= time_s:
+            intruder = min(self._intruders, key=lambda one: one.next_s())
+            self.counts[intruder.counted] += 1
+            self._send(*intruder.take())
+
+    def _send(self, time_s: float, passed: Passed[bytes]) -> None:
+        """Onto the line, as good or bad as it is now."""
+        now = trouble(self._link_faults, time_s - self._start_s) if self._link_faults else NONE
+        self._line.conditions = now.conditions
+        if now is NONE:
+            self._line.put(time_s, passed)
+            return
+        if now.cut:
+            self.counts["packets cut off"] += 1
+            return
+        self._line.put(time_s, self._damaged(passed, now.damage))
+        if self._noise.happens(now.garbage):
+            self.counts["garbage sent"] += 1
+            self._line.put(time_s, Passed(self._noise.garbage(), passed.towards))
+        if now.conditions.latency_s:
+            self.counts["packets delayed"] += 1
+        for cause, words in _LINE_COUNTS.items():
+            if count := self._line.counts[cause]:
+                self.counts[words] = count
+
+    def _damaged(self, passed: Passed[bytes], share: float) -> Passed[bytes]:
+        if not self._noise.happens(share):
+            return passed
+        self.counts["packets damaged"] += 1
+        return Passed(self._noise.damaged(passed.item), passed.towards)
