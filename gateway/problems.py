@@ -75,19 +75,23 @@ def unknown_key(path: str, value: object, known: Iterable[str]) -> Problem:
 
 def from_validation(error: ValidationError, model: type[BaseModel], path: str) -> list[Problem]:
     """The problems that pydantic found in the table at `path`."""
-    return [_problem(item, model, path) for item in error.errors(include_url=False)]
+    return [
+        problem_in(item, model, ".".join([path, *map(str, item["loc"])])) for item in error.errors(include_url=False)
+    ]
 
 
-def _problem(item: Any, model: type[BaseModel], path: str) -> Problem:
+def problem_in(item: Any, model: type[BaseModel], full_path: str) -> Problem:
+    """The problem of one item of a `ValidationError` of `model`, which stands at `full_path`."""
     owner, key = _owner(model, item["loc"])
-    full_path = ".".join([path, *map(str, item["loc"])])
     if item["type"] == "extra_forbidden":
         return unknown_key(full_path, item["input"], owner.model_fields)
     field = owner.model_fields.get(key)
     description = f" ({field.description})" if field is not None and field.description else ""
     if item["type"] == "missing":
         return Problem(full_path, None, "missing" + description)
-    wanted = item["msg"].replace("Input should", "should").replace("String should", "should")
+    wanted = (
+        item["msg"].removeprefix("Value error, ").replace("Input should", "should").replace("String should", "should")
+    )
     return Problem(full_path, item["input"], wanted + description)
 
 

@@ -54,22 +54,25 @@ class Scenario(Section):
     Scenario(duration_s=60, faults=[{"at_s": 25, "subject": "thruster 3", "failure": "entangled"}])
     """
 
-    name: str = Field("", description="what it is called; left out: the file's name")
-    about: str = Field("", description="what it shows, and why")
+    name: str = Field(default="", description="what it is called; left out: the file's name")
+    about: str = Field(default="", description="what it shows, and why")
     tags: Several[str] = Field(
-        (), description="to choose by: vcan: also played in real time on a real bus; healthy: nothing is wrong"
+        default=(),
+        description="to choose by: vcan: also played in real time on a real bus; healthy: nothing is wrong",
     )
-    source: str = Field("", description="row of a table or section of a paper that it is of")
-    vehicle: str = Field("bluerov2_heavy", min_length=1, description="name of a profile, or path of your own")
-    seed: int = Field(0, ge=0, description="of all chance")
+    source: str = Field(default="", description="row of a table or section of a paper that it is of")
+    vehicle: str = Field(default="bluerov2_heavy", min_length=1, description="name of a profile, or path of your own")
+    seed: int = Field(default=0, ge=0, description="of all chance")
     duration_s: float = Field(gt=0.0, le=36_000.0, description="of the play")
-    mission: Mission = Field(Mission(), description="how the vehicle is driven")
-    water: WaterBody = Field(WaterBody(), description="what it is driven in")
-    recording: Recording | None = Field(None, description="a recorded dive instead of vehicle, mission and water")
-    gateway: GatewaySection = Field(GatewaySection(), description="the gateway under test")
-    faults: Faults = Field((), description="what goes wrong, and when")
-    expect: Several[Expectation] = Field((), description="what must come about")
-    never: Several[Prohibition] = Field((), description="what must not happen")
+    mission: Mission = Field(default=Mission(), description="how the vehicle is driven")
+    water: WaterBody = Field(default=WaterBody(), description="what it is driven in")
+    recording: Recording | None = Field(
+        default=None, description="a recorded dive instead of vehicle, mission and water"
+    )
+    gateway: GatewaySection = Field(default=GatewaySection(), description="the gateway under test")
+    faults: Faults = Field(default=(), description="what goes wrong, and when")
+    expect: Several[Expectation] = Field(default=(), description="what must come about")
+    never: Several[Prohibition] = Field(default=(), description="what must not happen")
 
     @property
     def first_fault_s(self) -> float:

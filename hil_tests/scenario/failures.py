@@ -7,9 +7,9 @@ what `gateway hil list --failures` prints; whoever acts on a fault (rig, wires) 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
-from math import inf
+from math import inf, isfinite
 
 
 class Target(StrEnum):
@@ -57,15 +57,36 @@ class Quantity:
     maximum: float = inf
     inclusive: bool = True
 
+    def allows(self, value: float) -> bool:
+        """Whether a value is finite and within the bounds."""
+        above = value >= self.minimum if self.inclusive else value > self.minimum
+        return isfinite(value) and above and value <= self.maximum
+
+    @property
+    def wanted(self) -> str:
+        """The bounds, in words: "above 0, at most 0.95"."""
+        least = f"{'at least' if self.inclusive else 'above'} {self.minimum:g}" if isfinite(self.minimum) else ""
+        most = f"at most {self.maximum:g}" if isfinite(self.maximum) else ""
+        return ", ".join(filter(None, (least, most))) or "a finite number"
+
 
 @dataclass(frozen=True, slots=True)
 class FailureKind:
-    """A row of the table."""
+    """A row of the table.
+
+    Attributes:
+        target: what it befalls.
+        failure: its name in a scenario file.
+        text: what happens.
+        quantities: the numbers that it needs.
+        axes: names of the components of which one alone can have it; empty: there are none.
+    """
 
     target: Target
     failure: str
     text: str
     quantities: tuple[Quantity, ...] = ()
+    axes: tuple[str, ...] = ()
 
 
 def _share(text: str, default: float | None = None, maximum: float = 1.0) -> Quantity:
@@ -76,18 +97,30 @@ def _seconds(name: str, text: str, default: float | None = None) -> Quantity:
     return Quantity(name, text, default, 0.0, inclusive=False)
 
 
-def _sensor(target: Target, unit: str, per_s: str, what: str) -> tuple[FailureKind, ...]:
-    """The failures that every measured quantity can have."""
+BODY_AXES = ("forward", "right", "down")
+EARTH_AXES = ("north", "east", "down")
+
+
+def _sensor(target: Target, unit: str, per_s: str, what: str, axes: tuple[str, ...] = ()) -> tuple[FailureKind, ...]:
+    """The failures that every measured quantity can have: of when it comes, and of what it says."""
     return (
         FailureKind(target, "off", f"no {what} comes any more"),
-        FailureKind(target, "stuck", f"the last {what} is repeated"),
-        FailureKind(target, "garbage", f"{what} at random", (Quantity(f"spread_{unit}", "standard deviation"),)),
-        FailureKind(target, "wrong", f"one and the same {what}", (Quantity(f"value_{unit}", "what is told", 0.0),)),
         FailureKind(target, "slow", "tells less often", (_seconds("interval_s", "between two"),)),
         FailureKind(target, "delayed", "tells later", (_seconds("delay_s", "by so much"),)),
         FailureKind(
             target, "intermittent", "comes and goes", (_seconds("period_s", "gone for the second half of it", 2.0),)
         ),
+        *(replace(row, axes=axes) for row in _distorted(target, unit, per_s, what)),
+    )
+
+
+def _distorted(target: Target, unit: str, per_s: str, what: str) -> tuple[FailureKind, ...]:
+    return (
+        FailureKind(target, "stuck", f"the last {what} is repeated"),
+        FailureKind(
+            target, "garbage", f"{what} at random", (Quantity(f"spread_{unit}", "standard deviation", None, 0.0),)
+        ),
+        FailureKind(target, "wrong", f"one and the same {what}", (Quantity(f"value_{unit}", "what is told", 0.0),)),
         FailureKind(target, "scale", "is multiplied", (Quantity("factor", "by this"),)),
         FailureKind(target, "bias", "is off by an amount", (Quantity(f"bias_{unit}", "what is added"),)),
         FailureKind(target, "drift", "goes astray more and more", (Quantity(f"drift_{per_s}", "added each second"),)),
@@ -146,13 +179,13 @@ TABLE: tuple[FailureKind, ...] = (
         "a current comes and goes",
         (Quantity("speed_mps", "at last", None, 0.0), Quantity("towards_deg", "true bearing that it sets to", 0.0)),
     ),
-    *_sensor(Target.DVL, "mps", "mps2", "velocity"),
+    *_sensor(Target.DVL, "mps", "mps2", "velocity", BODY_AXES),
     FailureKind(Target.DVL, "no_lock", "bottom lock is lost: zeros, and says so (confidence 0)"),
     *_sensor(Target.DEPTH, "m", "mps", "depth"),
-    *_sensor(Target.ACCELEROMETER, "mps2", "mps3", "specific force"),
-    *_sensor(Target.GYROSCOPE, "radps", "radps2", "angular rate"),
+    *_sensor(Target.ACCELEROMETER, "mps2", "mps3", "specific force", BODY_AXES),
+    *_sensor(Target.GYROSCOPE, "radps", "radps2", "angular rate", BODY_AXES),
     *_sensor(Target.HEADING, "deg", "degps", "heading"),
-    *_sensor(Target.POSITION, "m", "mps", "position"),
+    *_sensor(Target.POSITION, "m", "mps", "position", EARTH_AXES),
     FailureKind(
         Target.POSITION,
         "reset",
