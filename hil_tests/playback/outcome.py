@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from gateway.findings import Finding
 from hil_tests.rig.notes import ReceivedCommand, ReceivedText
-from hil_tests.rig.truth import ModeChange as ModeChange
-from hil_tests.rig.truth import Truth as Truth
+from hil_tests.rig.truth import ModeChange, Truth
 from hil_tests.scenario.document import Scenario
 
 FloatArray = NDArray[np.float64]
+__all__ = ["ModeChange", "Outcome", "Series", "Truth"]
 
 
 @dataclass(frozen=True, slots=True)

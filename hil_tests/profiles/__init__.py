@@ -1,1 +1,6 @@
-"""Vehicles to play scenarios with: one YAML file each, and the gateway's configuration that belongs to it."""
+"""Vehicles to play scenarios with: what each is made of, by one YAML file."""
+
+from hil_tests.profiles.loading import load_profile, parse_profile, profile_names
+from hil_tests.rig.profile import Profile
+
+__all__ = ["Profile", "load_profile", "parse_profile", "profile_names"]

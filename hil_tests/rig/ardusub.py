@@ -77,6 +77,11 @@ class ArduSub(Commander):
         """As in ArduSub/mode.h."""
         return self.mode.name
 
+    @classmethod
+    def modes(cls) -> Mapping[str, int]:
+        """As in `Commander`."""
+        return {mode.name: int(mode) for mode in Mode if mode in FLYABLE}
+
     def demand(self, sticks: Sticks, motion: Motion) -> Sticks:
         """As in `Commander`."""
         if self.mode is Mode.SURFACE and motion.down_m <= SURFACE_DEPTH_M:

@@ -12,7 +12,7 @@ from typing import ClassVar
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from hil_tests.rig.commands import Answer, Result
+from hil_tests.rig.commands import CUSTOM_MODE_ENABLED, FORCE, Answer, Command, Result
 from hil_tests.rig.pilot import Sticks
 from hil_tests.rig.station_keeping import StationKeeper
 from hil_tests.rig.vehicle import Motion
@@ -78,6 +78,26 @@ class Commander(ABC):
         if self.failsafe:
             return int(mavlink.MAV_STATE_CRITICAL)
         return int(mavlink.MAV_STATE_ACTIVE if self.armed else mavlink.MAV_STATE_STANDBY)
+
+    @classmethod
+    @abstractmethod
+    def modes(cls) -> Mapping[str, int]:
+        """Those that it can be driven in, in its own words, with what stands for them in param2 of DO_SET_MODE."""
+
+    def select(self, mode_name: str) -> Answer:
+        """The pilot asks for a mode.
+
+        Raises:
+            ValueError: there is no such mode.
+        """
+        modes = self.modes()
+        if mode_name not in modes:
+            raise ValueError(f"mode = {mode_name!r}: want one of {', '.join(modes)}")
+        return self.answer(Command.DO_SET_MODE, (CUSTOM_MODE_ENABLED, modes[mode_name], 0.0, 0.0, 0.0, 0.0, 0.0))
+
+    def arm(self, armed: bool) -> Answer:
+        """The pilot arms or disarms, wherever the vehicle is."""
+        return self.answer(Command.COMPONENT_ARM_DISARM, (float(armed), FORCE, 0.0, 0.0, 0.0, 0.0, 0.0))
 
     def answer(self, command: int, parameters: tuple[float, ...]) -> Answer:
         """Obey a COMMAND_LONG (seven parameters), or refuse it as this autopilot would."""

@@ -1,43 +1,35 @@
-"""Simulated DroneCAN nodes on any python-can bus: eight ESCs, and the autopilot that commands them.
-
-They speak through the `dronecan` package, a stack that shares no line with the gateway's own decoder: what the two
-understand of each other is the specification. Its `Node` and drivers are not used, for they do not know python-can's
-virtual bus and want a thread each; its transfers and data types are.
-"""
+"""Simulated DroneCAN nodes on any python-can bus: eight ESCs, and the autopilot that commands them."""
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import can
-import dronecan
-from dronecan import transport
 
+from drivers.can.frame import CanFrame
+from hil_tests.rig.bus_clock import Unsent
+from hil_tests.rig.dronecan_nodes import (
+    FIRST_ESC_NODE,
+    HOLD_S,
+    MESSAGE_TYPE_MASK,
+    RAW_COMMAND_BITS,
+    DroneCanCommander,
+    DroneCanEscs,
+    DroneCanReceiver,
+)
+from hil_tests.rig.esc_messages import EscReport
+from hil_tests.rig.thruster import T200
 from hil_tests.rig.vehicle import THRUSTERS, Vehicle
-
-RAW_COMMAND = dronecan.uavcan.equipment.esc.RawCommand
-ESC_STATUS = dronecan.uavcan.equipment.esc.Status
-NODE_STATUS = dronecan.uavcan.protocol.NodeStatus
-RAW_FULL_SCALE = 8191  # int14, uavcan.equipment.esc.RawCommand
-MESSAGE_PRIORITY = 20
-# Bits of a message frame's identifier: priority 24-28, data type 8-23, service or message 7, source node 0-6.
-MESSAGE_TYPE_MASK = 0x00FFFF80
-AUTOPILOT_NODE = 10
-FIRST_ESC_NODE = 11
-NODE_STATUS_PERIOD_S = 1.0
-RATED_POWER_W = 390.0  # T200 at 16 V
 
 
 def raw_command_filter() -> dict[str, Any]:
     """A python-can filter that lets only esc.RawCommand through."""
-    return {"can_id": RAW_COMMAND.default_dtid << 8, "can_mask": MESSAGE_TYPE_MASK, "extended": True}
+    return {"can_id": RAW_COMMAND_BITS, "can_mask": MESSAGE_TYPE_MASK, "extended": True}
 
 
 class DroneCanPort:
-    """Sends and receives whole DroneCAN messages on a python-can bus.
+    """Sends frames to, and takes whole DroneCAN messages from, a python-can bus.
 
     Args:
         bus: open, owned and closed by the caller.
@@ -45,69 +37,23 @@ class DroneCanPort:
 
     def __init__(self, bus: can.BusABC) -> None:
         self._bus = bus
-        self._transfers = transport.TransferManager()
-        self._next_transfer_id: Counter[tuple[int, int]] = Counter()
-        self.sent: Counter[str] = Counter()
-        self.dropped = 0
+        self._receiver = DroneCanReceiver()
 
-    def broadcast(self, time_s: float, message: Any, source_node: int) -> None:
-        """Send one message from a node, in as many frames as it takes, stamped where the bus keeps stamps."""
-        data_type = transport.get_dronecan_data_type(message)
-        key = source_node, data_type.default_dtid
-        transfer = transport.Transfer(
-            payload=message,
-            source_node_id=source_node,
-            transfer_id=self._next_transfer_id[key],
-            transfer_priority=MESSAGE_PRIORITY,
-        )
-        self._next_transfer_id[key] = (self._next_transfer_id[key] + 1) % 32
-        for frame in transfer.to_frames():
-            self._bus.send(can.Message(timestamp=time_s, arbitration_id=frame.message_id, data=frame.bytes))
-        self.sent[data_type.full_name] += 1
+    def send(self, time_s: float, frames: Iterable[Unsent]) -> None:
+        """Frames of a node, stamped where the bus keeps stamps."""
+        for frame in frames:
+            self._bus.send(can.Message(timestamp=time_s, arbitration_id=frame.identifier, data=frame.data))
+
+    def frames(self) -> Iterator[CanFrame]:
+        """Those with 29-bit identifier that have come by now; never waits."""
+        while (message := self._bus.recv(timeout=0.0)) is not None:
+            if message.is_extended_id and not message.is_error_frame:
+                yield CanFrame(message.timestamp, message.arbitration_id, bytes(message.data))
 
     def receive(self) -> list[Any]:
-        """All messages that are complete by now, as `dronecan` transfers; never waits. Broken ones are counted."""
-        complete = []
-        while (message := self._bus.recv(timeout=0.0)) is not None:
-            if not message.is_extended_id or message.is_error_frame:
-                continue
-            frames = self._transfers.receive_frame(transport.Frame(message.arbitration_id, message.data))
-            if frames:
-                complete.extend(self._transfer(frames))
-        return complete
-
-    def _transfer(self, frames: list[Any]) -> list[Any]:
-        transfer = transport.Transfer()
-        try:
-            transfer.from_frames(frames)
-        except transport.TransferError:
-            self.dropped += 1
-            return []
-        return [transfer]
-
-
-@dataclass(slots=True)
-class NodeStatusClock:
-    """When the nodes of a port say that they live, and since when they do."""
-
-    started_s: float | None = None
-    next_s: float = 0.0
-
-    def due(self, time_s: float) -> bool:
-        """Whether it is time again; a period after the last time it was."""
-        if self.started_s is None:
-            self.started_s, self.next_s = time_s, time_s
-        if time_s < self.next_s:
-            return False
-        self.next_s += NODE_STATUS_PERIOD_S
-        return True
-
-    def message(self, time_s: float) -> Any:
-        """NodeStatus of a node in operation."""
-        message = NODE_STATUS()
-        message.uptime_sec = 0 if self.started_s is None else int(time_s - self.started_s)
-        message.mode = message.MODE_OPERATIONAL
-        return message
+        """All messages that are complete by now, as `dronecan` transfers; never waits."""
+        transfers = (self._receiver.take(frame.identifier, frame.data) for frame in self.frames())
+        return [transfer for transfer in transfers if transfer is not None]
 
 
 class CommandNode:
@@ -118,22 +64,17 @@ class CommandNode:
     """
 
     def __init__(self, bus: can.BusABC) -> None:
-        self.port = DroneCanPort(bus)
-        self._status = NodeStatusClock()
+        self._port = DroneCanPort(bus)
+        self._commander: DroneCanCommander | None = None
 
     def publish(self, time_s: float, commands: Sequence[float]) -> None:
         """Send one command of -1 to 1 per thruster, and the node's own status when it is due."""
-        self.port.broadcast(
-            time_s, RAW_COMMAND(cmd=[round(command * RAW_FULL_SCALE) for command in commands]), AUTOPILOT_NODE
-        )
-        if self._status.due(time_s):
-            self.port.broadcast(time_s, self._status.message(time_s), AUTOPILOT_NODE)
+        self._commander = self._commander or DroneCanCommander(range(len(commands)))
+        self._port.send(time_s, self._commander.publish(time_s, commands))
 
 
 class EscBank:
     """Eight ESC nodes: obey the newest esc.RawCommand, report esc.Status each.
-
-    Without a command for `hold_s` they stop, as real ESCs do.
 
     Args:
         bus: open, owned by the caller; give it `raw_command_filter()` to spare the rest.
@@ -141,42 +82,29 @@ class EscBank:
         hold_s: how long a command is good for.
     """
 
-    def __init__(self, bus: can.BusABC, vehicle: Vehicle, hold_s: float = 0.5) -> None:
-        self.port = DroneCanPort(bus)
+    def __init__(self, bus: can.BusABC, vehicle: Vehicle, hold_s: float = HOLD_S) -> None:
+        self._port = DroneCanPort(bus)
         self._vehicle = vehicle
-        self._hold_s = hold_s
-        self._commands = [0.0] * THRUSTERS
-        self._commanded_s = float("-inf")
-        self._status = NodeStatusClock()
+        self._escs = DroneCanEscs(
+            range(THRUSTERS),
+            range(FIRST_ESC_NODE, FIRST_ESC_NODE + THRUSTERS),
+            [T200.rated_power_w] * THRUSTERS,
+            hold_s,
+        )
+
+    @property
+    def dropped(self) -> int:
+        """Commands that were broken."""
+        return self._escs.dropped
 
     def commands(self, time_s: float) -> list[float]:
         """What the ESCs apply now, -1 to 1 each."""
-        for transfer in self.port.receive():
-            if transport.get_dronecan_data_type(transfer.payload) == RAW_COMMAND:
-                raw = list(transfer.payload.cmd)[:THRUSTERS]
-                self._commands = [value / RAW_FULL_SCALE for value in raw] + [0.0] * (THRUSTERS - len(raw))
-                self._commanded_s = time_s
-        if time_s - self._commanded_s > self._hold_s:
-            return [0.0] * THRUSTERS
-        return self._commands
+        self._escs.take(time_s, self._port.frames())
+        return self._escs.commands(time_s)
 
     def report(self, time_s: float, window_s: float) -> None:
         """Send the esc.Status of every thruster, and each node's own status when it is due."""
-        for index in range(THRUSTERS):
-            self.port.broadcast(time_s, self._esc_status(index, window_s), FIRST_ESC_NODE + index)
-        if self._status.due(time_s):
-            for index in range(THRUSTERS):
-                self.port.broadcast(time_s, self._status.message(time_s), FIRST_ESC_NODE + index)
-
-    def _esc_status(self, index: int, window_s: float) -> Any:
-        measured = self._vehicle.thrusters[index].measure(window_s)
-        voltage_v = self._vehicle.battery.voltage_v
-        return ESC_STATUS(
-            error_count=0,
-            voltage=voltage_v,
-            current=measured.supply_a,
-            temperature=300.0,
-            rpm=round(measured.speed_rpm),
-            power_rating_pct=min(round(100.0 * max(measured.supply_a, 0.0) * voltage_v / RATED_POWER_W), 127),
-            esc_index=index,
-        )
+        for place, thruster in enumerate(self._vehicle.thrusters):
+            measured = thruster.measure(window_s)
+            report = EscReport(measured.speed_rpm, self._vehicle.battery.voltage_v, measured.supply_a)
+            self._port.send(time_s, self._escs.report(time_s, place, report))

@@ -1,11 +1,13 @@
-"""Scripted faults of simulated thrusters and of the hull: what breaks, when, how fast and how badly."""
+"""Scripted faults of thrusters, ESCs, battery and hull: what breaks, when, how fast and how badly."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
-from math import inf, isfinite, prod
+from math import cos, floor, inf, isfinite, prod, sin
+
+LONGEST_DELAY_S = 60.0
 
 
 class FaultType(StrEnum):
@@ -18,11 +20,19 @@ class FaultType(StrEnum):
     DEAD = "dead"  # the ESC drives no more; severity: share of the drive voltage lost
     SENSOR_FROZEN = "sensor frozen"  # the last RPM is repeated; severity has no meaning
     SENSOR_DROPPING = "sensor dropping"  # severity: share of the Hall pulses that get lost
+    REVERSED = "reversed"  # two phases are swapped: it turns the other way; severity has no meaning
+    DELAYED = "delayed"  # severity: seconds by which it obeys later
+    SLOW = "slow"  # severity: by how many times its time constants are longer than they were, 1.0 doubles them
 
 
 # A propeller slowed down further than this is blocked: the torque needed for it grows without bound.
 WORST_BRAKING = 0.95
-GRADED = frozenset({FaultType.ENTANGLED, FaultType.WORN})
+WORST = {
+    FaultType.ENTANGLED: WORST_BRAKING,
+    FaultType.WORN: WORST_BRAKING,
+    FaultType.DELAYED: LONGEST_DELAY_S,
+    FaultType.SLOW: inf,
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,7 +42,7 @@ class InjectedFault:
     Attributes:
         type: what happens.
         onset_s: when it begins.
-        severity: how bad it gets, 0 to 1; its meaning stands beside each `FaultType`.
+        severity: how bad it gets, 0 to 1, or more where it is no share; its meaning stands beside each `FaultType`.
         ramp_s: how long it takes to get that bad; 0.0 = at once.
         end_s: when it is gone again.
 
@@ -48,7 +58,7 @@ class InjectedFault:
 
     def __post_init__(self) -> None:
         _check_times(self.onset_s, self.ramp_s, self.end_s)
-        worst = WORST_BRAKING if self.type in GRADED else 1.0
+        worst = WORST.get(self.type, 1.0)
         if not 0.0 < self.severity <= worst:
             raise ValueError(f"severity = {self.severity}: want above 0 and at most {worst} for {self.type}")
 
@@ -85,6 +95,106 @@ class HullFault:
     def factor(self, time_s: float) -> float:
         """What the drag is multiplied by at an instant, rising linearly over the ramp; 1.0: nothing there."""
         return 1.0 + (self.drag_factor - 1.0) * _share(time_s, self.onset_s, self.ramp_s, self.end_s)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pull:
+    """Something pulls at the hull, level and always in the same direction: the tether, a diver, a net that drifts.
+
+    Attributes:
+        newtons: at last.
+        towards_rad: true bearing.
+        onset_s, ramp_s, end_s: as of a `HullFault`.
+
+    Raises:
+        ValueError: a number is not finite or out of its range.
+    """
+
+    newtons: float
+    towards_rad: float
+    onset_s: float
+    ramp_s: float = 0.0
+    end_s: float = inf
+
+    def __post_init__(self) -> None:
+        _check_times(self.onset_s, self.ramp_s, self.end_s)
+        if not (isfinite(self.newtons) and self.newtons >= 0.0):
+            raise ValueError(f"newtons = {self.newtons}: want a force, 0 or more")
+        if not isfinite(self.towards_rad):
+            raise ValueError(f"towards_rad = {self.towards_rad}: want a finite bearing")
+
+    def force_n(self, time_s: float, yaw_rad: float) -> tuple[float, float]:
+        """Ahead and to the right of a hull that heads `yaw_rad`."""
+        newtons = self.newtons * _share(time_s, self.onset_s, self.ramp_s, self.end_s)
+        off_rad = self.towards_rad - yaw_rad
+        return newtons * cos(off_rad), newtons * sin(off_rad)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sag:
+    """The supply falls, whatever the load.
+
+    Attributes:
+        drop_v: at last.
+        onset_s, ramp_s, end_s: as of a `HullFault`.
+
+    Raises:
+        ValueError: a number is not finite or out of its range.
+    """
+
+    drop_v: float
+    onset_s: float
+    ramp_s: float = 0.0
+    end_s: float = inf
+
+    def __post_init__(self) -> None:
+        _check_times(self.onset_s, self.ramp_s, self.end_s)
+        if not (isfinite(self.drop_v) and self.drop_v >= 0.0):
+            raise ValueError(f"drop_v = {self.drop_v}: want volts, 0 or more")
+
+    def volts(self, time_s: float) -> float:
+        """What is missing at an instant."""
+        return self.drop_v * _share(time_s, self.onset_s, self.ramp_s, self.end_s)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EscReset:
+    """An ESC that restarts, again and again while it lasts: it drives nothing and says nothing until it is up again.
+
+    Attributes:
+        onset_s: of the first restart.
+        silent_s: until it is up.
+        every_s: from restart to restart.
+        end_s: after this there is no further one.
+
+    Raises:
+        ValueError: a time is out of its range.
+    """
+
+    onset_s: float
+    silent_s: float
+    every_s: float = inf
+    end_s: float = inf
+
+    def __post_init__(self) -> None:
+        _check_times(self.onset_s, 0.0, self.end_s)
+        for name in ("silent_s", "every_s"):
+            if not getattr(self, name) > 0.0:
+                raise ValueError(f"{name} = {getattr(self, name)}: want seconds above 0")
+
+    def began(self, time_s: float) -> int:
+        """How many restarts have begun by then."""
+        if time_s < self.onset_s:
+            return 0
+        last_s = min(time_s, self.end_s)
+        return 1 + floor((last_s - self.onset_s) / self.every_s)
+
+    def silent(self, time_s: float) -> bool:
+        """Whether it is down."""
+        began = self.began(time_s)
+        if began == 0:
+            return False
+        return time_s - (self.onset_s + (0.0 if began == 1 else (began - 1) * self.every_s)) < self.silent_s
 
 
 def drag_factor(faults: Iterable[HullFault], time_s: float) -> float:

@@ -18,15 +18,15 @@ class Equipment:
     """Which sensors there are, how far off they are, and what happens to them.
 
     Attributes:
-        imu: errors of the inertial measurement unit.
-        dvl: of the Doppler log.
-        pressure: of the pressure sensor.
+        imu: errors of the inertial measurement unit; None: nothing is told of any.
+        dvl: of the Doppler log, or None.
+        pressure: of the pressure sensor, or None.
         faults: in seconds since the start.
     """
 
-    imu: ImuErrors = ImuErrors()  # noqa: RUF009  frozen
-    dvl: DvlErrors = DvlErrors()  # noqa: RUF009
-    pressure: PressureErrors = PressureErrors()  # noqa: RUF009
+    imu: ImuErrors | None = ImuErrors()  # noqa: RUF009  frozen
+    dvl: DvlErrors | None = DvlErrors()  # noqa: RUF009
+    pressure: PressureErrors | None = PressureErrors()  # noqa: RUF009
     faults: Sequence[SensorFault] = ()
 
 
@@ -40,26 +40,28 @@ class Instruments:
     """
 
     def __init__(self, equipment: Equipment, seed: int, motion: Motion) -> None:
-        self._imu = InertialUnit(equipment.imu, seed, equipment.faults)
-        self._dvl = DopplerLog(equipment.dvl, seed, equipment.faults)
-        self._pressure = PressureSensor(equipment.pressure, seed, equipment.faults)
+        faults = equipment.faults
+        self._imu = InertialUnit(equipment.imu, seed, faults) if equipment.imu else None
+        self._dvl = DopplerLog(equipment.dvl, seed, faults) if equipment.dvl else None
+        self._pressure = PressureSensor(equipment.pressure, seed, faults) if equipment.pressure else None
         self._motion = motion
 
     def step(self, motion: Motion, period_s: float) -> None:
         """Take in how the vehicle has moved within a period."""
-        self._imu.step(self._motion, motion, period_s)
+        if self._imu:
+            self._imu.step(self._motion, motion, period_s)
         self._motion = motion
 
     def raw_imu(self, boot_s: float) -> Any | None:
         """RAW_IMU, of the mean since the last one; None where there is nothing to tell."""
-        reading = self._imu.read(boot_s)
+        reading = self._imu and self._imu.read(boot_s)
         return raw_imu(boot_s, reading) if reading else None
 
     def scaled_pressure2(self, boot_s: float) -> Any | None:
         """SCALED_PRESSURE2; None where there is nothing to tell."""
-        pressure_pa = self._pressure.read(boot_s, self._motion)
+        pressure_pa = self._pressure.read(boot_s, self._motion) if self._pressure else None
         return None if pressure_pa is None else scaled_pressure2(boot_s, pressure_pa)
 
     def vision_position_delta(self, boot_s: float) -> Any | None:
         """The DVL's message if it is due, else None."""
-        return self._dvl.due(boot_s, self._motion)
+        return self._dvl and self._dvl.due(boot_s, self._motion)

@@ -15,7 +15,7 @@ from hil_tests.rig.can_forwarder import CanForwarder
 from hil_tests.rig.commander import Commander
 from hil_tests.rig.commands import ACCEPTED, Answer, Result, whole
 from hil_tests.rig.conduct import Conduct, Reply
-from hil_tests.rig.notes import Notes, ReceivedCommand, ReceivedHeartbeat, ReceivedText
+from hil_tests.rig.notes import Notes, ReceivedCommand, ReceivedHeartbeat, ReceivedText, ReceivedValue
 from hil_tests.rig.schedule import Schedule
 from hil_tests.rig.telemetry import COMPOSERS, Telemetry, compose
 from hil_tests.rig.vehicle import Motion
@@ -199,6 +199,9 @@ class MavlinkAutopilot:
             case "HEARTBEAT":
                 heartbeat = ReceivedHeartbeat(time_s, component_id, message.type, message.system_status)
                 self.notes.heartbeats.append(heartbeat)
+            case "NAMED_VALUE_FLOAT":
+                value = ReceivedValue(time_s, message.value)
+                self.notes.values.setdefault(message.name, []).append(value)
             case "TIMESYNC":
                 self._tell_time(message)
             case "CAN_FILTER_MODIFY" if self._is_for_us(message) and self._forwards:

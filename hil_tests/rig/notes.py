@@ -40,12 +40,21 @@ class ReceivedCommand:
     confirmation: int = 0
 
 
+@dataclass(frozen=True, slots=True)
+class ReceivedValue:
+    """A NAMED_VALUE_FLOAT as it arrived at the autopilot."""
+
+    time_s: float
+    value: float
+
+
 @dataclass(slots=True)
 class Notes:
     """Everything that was received, in order of arrival.
 
     Attributes:
         texts, heartbeats, commands: what these brought.
+        values: NAMED_VALUE_FLOATs, by their names.
         counts: messages by name; BAD_DATA are those that were broken, or not rightly signed.
         clock_answers: answers to the autopilot's own TIMESYNC requests.
     """
@@ -53,5 +62,6 @@ class Notes:
     texts: list[ReceivedText] = field(default_factory=list)
     heartbeats: list[ReceivedHeartbeat] = field(default_factory=list)
     commands: list[ReceivedCommand] = field(default_factory=list)
+    values: dict[str, list[ReceivedValue]] = field(default_factory=dict)
     counts: Counter[str] = field(default_factory=Counter)
     clock_answers: int = 0

@@ -86,6 +86,11 @@ class Px4(Commander):
         """MAV_STATE; a terminated vehicle says so until it restarts."""
         return int(mavlink.MAV_STATE_FLIGHT_TERMINATION) if self.terminated else super().system_status
 
+    @classmethod
+    def modes(cls) -> Mapping[str, int]:
+        """As in `Commander`."""
+        return {mode.name: int(mode) for mode in MainMode if mode in FLYABLE}
+
     def demand(self, sticks: Sticks, motion: Motion) -> Sticks:
         """As in `Commander`."""
         self._landed = motion.down_m <= SURFACE_DEPTH_M

@@ -22,8 +22,6 @@ import numpy as np
 
 from hil_tests.rig.faults import FaultType, InjectedFault, strengths
 
-HALL_EDGES_PER_TURN = 42  # 7 pole pairs, three sensors, two edges each
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ThrusterParameters:
@@ -51,6 +49,8 @@ class ThrusterParameters:
         resolution_rpm: unit of the ESC's speed report; 100 electrical rpm, 7 pole pairs.
         noise: standard deviation of the speed report, relative to the speed.
         current_noise_a: standard deviation of the current report.
+        rated_power_w: at full throttle; what a load of 100 % is of.
+        edges_per_turn: of the Hall sensors; three with two edges each for every pole pair.
     """
 
     speed_constant_rpm_per_v: float = 490.0
@@ -69,6 +69,8 @@ class ThrusterParameters:
     resolution_rpm: float = 100.0 / 7.0
     noise: float = 0.002
     current_noise_a: float = 0.05
+    rated_power_w: float = 390.0
+    edges_per_turn: int = 42
 
     def duty(self, command: float) -> float:
         """Share of the supply voltage that the ESC applies, 0 to 1, for a command of -1 to 1 (saturating)."""
@@ -161,8 +163,9 @@ class SimulatedThruster:
         self._parameters = parameters
         self._faults = tuple(faults)
         self._random = np.random.default_rng(seed)
-        waiting = round(parameters.delay_s / period_s)
-        self._commands: deque[float] = deque([0.0] * (waiting + 1), maxlen=waiting + 1)
+        later_s = max((fault.severity for fault in faults if fault.type is FaultType.DELAYED), default=0.0)
+        longest = round((parameters.delay_s + later_s) / period_s)
+        self._commands: deque[float] = deque([0.0] * (longest + 1), maxlen=longest + 1)
         self._acting: dict[FaultType, float] = {}
         self._last_measured_rpm = 0.0
         self.state = ThrusterState(0.0, 0.0, 0.0)
@@ -172,15 +175,24 @@ class SimulatedThruster:
         """Thrust now, signed."""
         return self._parameters.thrust_n(self.state.speed_rpm)
 
-    def step(self, time_s: float, command: float, supply_v: float) -> ThrusterState:
-        """Advance by one period with a command of -1 to 1 (applied after the delay) and a supply voltage."""
+    def step(self, time_s: float, command: float, supply_v: float, driven: bool = True) -> ThrusterState:
+        """Advance by one period with a command of -1 to 1 (applied after the delay) and a supply voltage.
+
+        Args:
+            time_s: since the start.
+            command: what the ESC is told.
+            supply_v: at the ESC.
+            driven: False while the ESC restarts.
+        """
         self._commands.append(command)
         self._acting = strengths(self._faults, time_s)
-        delayed = self._commands[0]
-        drive_v = self._drive_v(delayed, supply_v)
-        speed_rpm = self._advance(self.state.speed_rpm, self._target_rpm(delayed, drive_v))
-        healthy_v = self._parameters.duty(delayed) * supply_v
-        healthy_rpm = self._advance(self.state.healthy_rpm, self._free_target_rpm(delayed, healthy_v, 1.0))
+        obeyed = self._obeyed(self._acting.get(FaultType.DELAYED, 0.0))
+        if FaultType.REVERSED in self._acting:
+            obeyed = -obeyed
+        drive_v = self._drive_v(obeyed, supply_v) if driven else 0.0
+        slower = 1.0 + self._acting.get(FaultType.SLOW, 0.0)
+        speed_rpm = self._advance(self.state.speed_rpm, self._target_rpm(obeyed, drive_v), slower)
+        healthy_rpm = self._healthy_rpm(supply_v)
         self.state = ThrusterState(speed_rpm, healthy_rpm, self._supply_a(drive_v, supply_v, speed_rpm))
         return self.state
 
@@ -188,6 +200,16 @@ class SimulatedThruster:
         """What the ESC says now; `window_s` is the time over which it counts Hall pulses."""
         noisy_a = self.state.supply_a + self._parameters.current_noise_a * self._random.standard_normal()
         return ThrusterMeasurement(self._measure_rpm(window_s), noisy_a)
+
+    def _obeyed(self, later_s: float) -> float:
+        """The command that acts now."""
+        waiting = round((self._parameters.delay_s + later_s) / self._period_s)
+        return self._commands[-1 - waiting]
+
+    def _healthy_rpm(self, supply_v: float) -> float:
+        command = self._obeyed(0.0)
+        target_rpm = self._free_target_rpm(command, self._parameters.duty(command) * supply_v, 1.0)
+        return self._advance(self.state.healthy_rpm, target_rpm, 1.0)
 
     def _drive_v(self, command: float, supply_v: float) -> float:
         drive_v = self._parameters.duty(command) * supply_v
@@ -208,16 +230,17 @@ class SimulatedThruster:
         torque = parameters.torque_ahead_a_per_rpm2 if command >= 0.0 else parameters.torque_astern_a_per_rpm2
         return copysign(parameters.steady_speed_rpm(drive_v, braking * torque), command)
 
-    def _advance(self, speed_rpm: float, target_rpm: float) -> float:
-        """Exact first-order step to a constant target; a reversal coasts to zero first, then spins up."""
+    def _advance(self, speed_rpm: float, target_rpm: float, slower: float) -> float:
+        """Exact first-order step to a constant target, with time constants `slower` times as long; a reversal coasts
+        to zero first, then spins up."""
         left_s = self._period_s
         if speed_rpm * target_rpm < 0.0:
-            to_zero_s = self._parameters.coast_down_s * log(1.0 - speed_rpm / target_rpm)
+            to_zero_s = slower * self._parameters.coast_down_s * log(1.0 - speed_rpm / target_rpm)
             if to_zero_s < left_s:
                 speed_rpm, left_s = 0.0, left_s - to_zero_s
         growing = abs(target_rpm) > abs(speed_rpm) and speed_rpm * target_rpm >= 0.0
         time_constant_s = self._parameters.spin_up_s if growing else self._parameters.coast_down_s
-        return target_rpm + (speed_rpm - target_rpm) * exp(-left_s / time_constant_s)
+        return target_rpm + (speed_rpm - target_rpm) * exp(-left_s / (slower * time_constant_s))
 
     def _supply_a(self, drive_v: float, supply_v: float, speed_rpm: float) -> float:
         """Supply current = duty x motor current: the ESC is a step-down converter."""
@@ -237,7 +260,7 @@ class SimulatedThruster:
 
     def _pulses_kept(self, window_s: float) -> float:
         lost = self._acting.get(FaultType.SENSOR_DROPPING, 0.0)
-        pulses = round(abs(self.state.speed_rpm) / 60.0 * HALL_EDGES_PER_TURN * window_s)
+        pulses = round(abs(self.state.speed_rpm) / 60.0 * self._parameters.edges_per_turn * window_s)
         if lost == 0.0 or pulses == 0:
             return 1.0
         return 1.0 - float(self._random.binomial(pulses, lost)) / pulses

@@ -21,6 +21,9 @@ class TiltParameters:
     damping: float = 0.7
 
 
+LIGHT = TiltParameters()
+
+
 class Tilt:
     """One of the two angles.
 

@@ -1,4 +1,4 @@
-"""A simulated vehicle like a BlueROV2 Heavy: eight thrusters on one battery, and a hull that they push about.
+"""A simulated vehicle, a BlueROV2 Heavy by default: thrusters on one battery, and a hull that they push about.
 
 The hull moves in the plane and in depth (surge, sway, heave, yaw). Roll and pitch are small: they are there for the
 sensors that they tilt, and change nothing of the forces. That is enough for what a gateway sees of a vehicle: its
@@ -8,39 +8,36 @@ that motion and the water's together.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from math import cos, hypot, pi, sin
 
-from hil_tests.rig.faults import HullFault, InjectedFault, drag_factor
-from hil_tests.rig.pilot import Sticks
+from hil_tests.rig.faults import HullFault, InjectedFault, Pull, Sag, drag_factor
+from hil_tests.rig.layout import Layout, Mount
 from hil_tests.rig.thruster import T200, SimulatedThruster, ThrusterParameters
-from hil_tests.rig.tilt import Tilt, TiltParameters
+from hil_tests.rig.tilt import LIGHT, Tilt, TiltParameters
 from hil_tests.rig.water import AT_REST, STILL, Velocity, Water
 
-# Share of each demand (forward, right, down, yaw) that goes to each thruster. Order and signs of forward, lateral and
-# yaw as in ArduSub's frame "vectored 6DOF" (AP_Motors6DOF.cpp); the vertical ones push down when they turn ahead.
-MIXER: tuple[tuple[float, float, float, float], ...] = (
-    (-1.0, 1.0, 0.0, 1.0),
-    (-1.0, -1.0, 0.0, -1.0),
-    (1.0, 1.0, 0.0, -1.0),
-    (1.0, -1.0, 0.0, 1.0),
-    (0.0, 0.0, 1.0, 0.0),
-    (0.0, 0.0, 1.0, 0.0),
-    (0.0, 0.0, 1.0, 0.0),
-    (0.0, 0.0, 1.0, 0.0),
-)
-THRUSTERS = len(MIXER)
 HALF_SQRT2 = 0.5**0.5  # the horizontal thrusters stand at 45 degrees
 YAW_ARM_M = 0.19  # lever arm of a horizontal thruster about the vertical axis
-
-
-def mix(demand: Sticks) -> list[float]:
-    """Thruster commands, -1 to 1 each, for a demand; scaled down together where one would exceed full command."""
-    axes = (demand.forward, demand.right, demand.down, demand.yaw)
-    raw = [sum(share * axis for share, axis in zip(row, axes, strict=True)) for row in MIXER]
-    largest = max(1.0, *(abs(command) for command in raw))
-    return [command / largest for command in raw]
+# Order and signs of forward, lateral and yaw as in ArduSub's frame "vectored 6DOF" (AP_Motors6DOF.cpp); the vertical
+# ones push down when they turn ahead.
+VERTICAL = Mount(down=1.0)
+BLUEROV2_HEAVY = Layout(
+    (
+        Mount(ahead=-HALF_SQRT2, right=HALF_SQRT2, yaw_arm_m=YAW_ARM_M),
+        Mount(ahead=-HALF_SQRT2, right=-HALF_SQRT2, yaw_arm_m=-YAW_ARM_M),
+        Mount(ahead=HALF_SQRT2, right=HALF_SQRT2, yaw_arm_m=-YAW_ARM_M),
+        Mount(ahead=HALF_SQRT2, right=-HALF_SQRT2, yaw_arm_m=YAW_ARM_M),
+        VERTICAL,
+        VERTICAL,
+        VERTICAL,
+        VERTICAL,
+    )
+)
+MIXER = BLUEROV2_HEAVY.mixer
+THRUSTERS = len(BLUEROV2_HEAVY)
+mix = BLUEROV2_HEAVY.mix
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,13 +59,13 @@ class Battery:
         self._drawn_ah = 0.0
         self.voltage_v = self._parameters.full_v
 
-    def step(self, current_a: float, period_s: float) -> float:
-        """Draw a current for a while; returns the terminal voltage."""
+    def step(self, current_a: float, period_s: float, sag_v: float = 0.0) -> float:
+        """Draw a current for a while; returns the terminal voltage, `sag_v` lower than charge and load make it."""
         parameters = self._parameters
         self._drawn_ah = min(self._drawn_ah + current_a * period_s / 3600.0, parameters.capacity_ah)
         drawn_share = self._drawn_ah / parameters.capacity_ah
         open_circuit_v = parameters.full_v + (parameters.empty_v - parameters.full_v) * drawn_share
-        self.voltage_v = max(open_circuit_v - parameters.resistance_ohm * current_a, 0.0)
+        self.voltage_v = max(open_circuit_v - parameters.resistance_ohm * current_a - sag_v, 0.0)
         return self.voltage_v
 
 
@@ -140,6 +137,8 @@ class Hull:
         motion: to begin with.
         water: in which it moves.
         faults: what catches on it.
+        layout: of its thrusters.
+        tilt: how its thrusters tilt it.
     """
 
     def __init__(
@@ -147,15 +146,19 @@ class Hull:
         parameters: HullParameters | None = None,
         motion: Motion | None = None,
         water: Water = STILL,
-        faults: Sequence[HullFault] = (),
+        faults: Sequence[HullFault | Pull] = (),
+        layout: Layout = BLUEROV2_HEAVY,
+        tilt: TiltParameters = LIGHT,
     ) -> None:
         self._parameters = parameters or HullParameters()
+        self._layout = layout
         self._water = water
-        self._faults = tuple(faults)
+        self._nets = [fault for fault in faults if isinstance(fault, HullFault)]
+        self._pulls = [fault for fault in faults if isinstance(fault, Pull)]
         self._since_s = 0.0
         self.motion = motion or Motion()
         self._roll, self._pitch = (
-            Tilt(TiltParameters(), angle_rad) for angle_rad in (self.motion.roll_rad, self.motion.pitch_rad)
+            Tilt(tilt, angle_rad) for angle_rad in (self.motion.roll_rad, self.motion.pitch_rad)
         )
 
     def step(self, thrusts_n: Sequence[float], period_s: float) -> Motion:
@@ -164,7 +167,7 @@ class Hull:
         self._since_s += period_s
         velocities = (was.forward_mps, was.right_mps, was.down_mps, was.yaw_rate_radps)
         forces = self._forces(thrusts_n, was)
-        drag = drag_factor(self._faults, self._since_s)
+        drag = drag_factor(self._nets, self._since_s)
         in_plane_mps = hypot(was.forward_mps, was.right_mps)
         speeds = (in_plane_mps, in_plane_mps, abs(was.down_mps), abs(was.yaw_rate_radps))
         forward, right, down, yaw_rate = (
@@ -192,11 +195,13 @@ class Hull:
         return self._roll.angle_rad, self._pitch.angle_rad, self._roll.rate_radps, self._pitch.rate_radps
 
     def _forces(self, thrusts_n: Sequence[float], motion: Motion) -> tuple[float, float, float, float]:
-        rows = list(zip(MIXER, thrusts_n, strict=True))
-        forward, right, down, yaw = (sum(row[axis] * thrust for row, thrust in rows) for axis in range(4))
+        forward, right, down, yaw = self._layout.forces(thrusts_n)
         ahead_n, aside_n = self._coriolis(motion)
+        for pull in self._pulls:
+            pulled_n = pull.force_n(self._since_s, motion.yaw_rad)
+            ahead_n, aside_n = ahead_n + pulled_n[0], aside_n + pulled_n[1]
         buoyancy_n = self._parameters.buoyancy_n if motion.down_m > 0.0 else 0.0
-        return forward * HALF_SQRT2 + ahead_n, right * HALF_SQRT2 + aside_n, down - buoyancy_n, yaw * YAW_ARM_M
+        return forward + ahead_n, right + aside_n, down - buoyancy_n, yaw
 
     def _coriolis(self, motion: Motion) -> tuple[float, float]:
         surge_kg, sway_kg = (self._inertia(axis) for axis in (0, 1))
@@ -214,18 +219,52 @@ class Hull:
         return self._parameters.inertia[axis] + self._parameters.added[axis]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Build:
+    """What a vehicle is made of.
+
+    Attributes:
+        layout: of the thrusters.
+        thrusters: what they are, one for each place in the layout, or one for all of them.
+        hull, tilt, battery: see there.
+
+    Raises:
+        ValueError: there are more or fewer thrusters than places for them.
+    """
+
+    layout: Layout = BLUEROV2_HEAVY
+    thrusters: tuple[ThrusterParameters, ...] = (T200,)
+    hull: HullParameters = HullParameters()
+    tilt: TiltParameters = LIGHT
+    battery: BatteryParameters = BatteryParameters()
+
+    def __post_init__(self) -> None:
+        if len(self.thrusters) not in (1, len(self.layout)):
+            raise ValueError(
+                f"{len(self.thrusters)} thrusters: want one for each of {len(self.layout)} places, or one"
+            )
+
+    @property
+    def each_thruster(self) -> tuple[ThrusterParameters, ...]:
+        """One for each place."""
+        return self.thrusters if len(self.thrusters) == len(self.layout) else self.thrusters * len(self.layout)
+
+
 class Vehicle:
-    """Eight thrusters, a battery and a hull, stepped together.
+    """Thrusters, a battery and a hull, stepped together.
 
     Args:
         period_s: time from step to step.
         seed: of all sensor noise.
         faults: what happens to which thruster, by its number from 1.
-        parameters: of every thruster.
+        build: what it is made of.
         water: in which it moves.
-        hull_faults: what catches on its hull.
+        hull_faults: what catches on its hull, or pulls at it.
+        sags: of the supply.
+        motion: to begin with.
 
     Attributes:
+        layout: of its thrusters.
         thrusters: by their order.
         battery: of all of them.
         hull: as it is.
@@ -240,29 +279,42 @@ class Vehicle:
         period_s: float,
         seed: int,
         faults: Mapping[int, Sequence[InjectedFault]] | None = None,
-        parameters: ThrusterParameters = T200,
+        build: Build = Build(),
         water: Water = STILL,
-        hull_faults: Sequence[HullFault] = (),
+        hull_faults: Sequence[HullFault | Pull] = (),
+        sags: Sequence[Sag] = (),
+        motion: Motion | None = None,
     ) -> None:
         by_thruster = dict(faults or {})
-        unknown = sorted(set(by_thruster) - set(range(1, THRUSTERS + 1)))
+        count = len(build.layout)
+        unknown = sorted(set(by_thruster) - set(range(1, count + 1)))
         if unknown:
-            raise ValueError(f"faults on thrusters {unknown}: want numbers from 1 to {THRUSTERS}")
+            raise ValueError(f"faults on thrusters {unknown}: want numbers from 1 to {count}")
         self._period_s = period_s
+        self.layout = build.layout
+        self._sags = tuple(sags)
         self.thrusters = [
-            SimulatedThruster(period_s, seed * THRUSTERS + index, parameters, by_thruster.get(index + 1, ()))
-            for index in range(THRUSTERS)
+            SimulatedThruster(period_s, seed * count + index, parameters, by_thruster.get(index + 1, ()))
+            for index, parameters in enumerate(build.each_thruster)
         ]
-        self.battery = Battery()
-        self.hull = Hull(water=water, faults=hull_faults)
-        self.clean_hull = Hull(water=water)
+        self.battery = Battery(build.battery)
+        self.hull, self.clean_hull = (
+            Hull(build.hull, motion, water, caught, build.layout, build.tilt) for caught in (hull_faults, ())
+        )
 
-    def step(self, time_s: float, commands: Sequence[float]) -> Motion:
-        """Advance by one period with one command of -1 to 1 per thruster."""
+    def step(self, time_s: float, commands: Sequence[float], undriven: Collection[int] = ()) -> Motion:
+        """Advance by one period.
+
+        Args:
+            time_s: since the start.
+            commands: one of -1 to 1 per thruster.
+            undriven: numbers, from 1, of the thrusters whose ESCs are down.
+        """
         supply_v = self.battery.voltage_v
-        for thruster, command in zip(self.thrusters, commands, strict=True):
-            thruster.step(time_s, command, supply_v)
-        self.battery.step(sum(thruster.state.supply_a for thruster in self.thrusters), self._period_s)
+        for number, (thruster, command) in enumerate(zip(self.thrusters, commands, strict=True), start=1):
+            thruster.step(time_s, command, supply_v, number not in undriven)
+        sag_v = sum(sag.volts(time_s) for sag in self._sags)
+        self.battery.step(sum(thruster.state.supply_a for thruster in self.thrusters), self._period_s, sag_v)
         thrusts_n = [thruster.thrust_n for thruster in self.thrusters]
         self.clean_hull.step(thrusts_n, self._period_s)
         return self.hull.step(thrusts_n, self._period_s)

@@ -97,4 +97,4 @@ def test_a_broken_transfer_is_counted_and_skipped(buses):
     for frame in frames:
         autopilot_bus.send(frame)
     assert escs.commands(0.0) == [0.0] * THRUSTERS
-    assert escs.port.dropped == 1
+    assert escs.dropped == 1
