@@ -27,6 +27,7 @@ RETRY_S = 0.0005
 REOPEN_FIRST_S, REOPEN_MAX_S = 0.1, 2.0
 
 QUEUE_FULL, TOO_LATE, REFUSED = "queue full", "not taken in time", "refused by the interface"
+NOT_VIRTUAL = "error frame that only a virtual bus can have"
 
 OnState = Callable[[LinkState], None]
 
@@ -42,6 +43,7 @@ class BusEnd:
         name: of the bus.
         open_port: how it is opened, as often as needed.
         clock: tells the time.
+        virtual: a fault may put error frames onto it, for all to hear. A real controller would send them as data.
         on_state: gets the state whenever it changes.
 
     Attributes:
@@ -53,7 +55,9 @@ class BusEnd:
         transit: of frames that no fault has held.
     """
 
-    def __init__(self, name: str, open_port: OpenPort, clock: Clock, on_state: OnState = unheard) -> None:
+    def __init__(
+        self, name: str, open_port: OpenPort, clock: Clock, on_state: OnState = unheard, *, virtual: bool = False
+    ) -> None:
         self.name = name
         self.received = self.sent = self.away = 0
         self.lost: Counter[str] = Counter()
@@ -61,7 +65,7 @@ class BusEnd:
         self.errors: Counter[str] = Counter()
         self.transit = TransitTimes()
         self.port: BridgePort | None = None
-        self._open_port, self._clock, self._on_state = open_port, clock, on_state
+        self._open_port, self._clock, self._on_state, self._virtual = open_port, clock, on_state, virtual
         self._state = BusState(self.errors)
         self._up = False
         self._waiting: deque[tuple[float, CanFrame, bool]] = deque()
@@ -122,10 +126,12 @@ class BusEnd:
         """Take a frame for the bus.
 
         Args:
-            frame: data or remote.
+            frame: of any kind.
             prompt: no fault has held it: how long it took counts.
         """
-        if self._waiting or not self._sent(frame, prompt):
+        if frame.error and not self._virtual:
+            self.dropped[NOT_VIRTUAL] += 1
+        elif self._waiting or not self._sent(frame, prompt):
             self._queue(frame, prompt)
 
     @property

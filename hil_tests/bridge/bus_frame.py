@@ -60,7 +60,7 @@ def unpacked(packet: bytes, time_s: float) -> CanFrame | None:
 
 def packed(frame: CanFrame) -> bytes:
     """A frame as a raw CAN socket takes it. What has been cut or lengthened on the way has the DLC of its data."""
-    word = frame.identifier | (EXTENDED_FLAG if frame.extended else 0)
+    word = frame.identifier | (EXTENDED_FLAG if frame.extended else 0) | (ERROR_FLAG if frame.error else 0)
     length, flags, raw_dlc = len(frame.data), 0, 0
     if isinstance(frame, BusFrame):
         flags, raw_dlc = frame.fd_flags, frame.raw_dlc if length == CLASSIC_DATA_BYTES else 0

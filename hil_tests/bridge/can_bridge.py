@@ -14,10 +14,12 @@ from types import MappingProxyType
 from typing import Self
 
 from drivers.can.frame import CanFrame
+from drivers.can.interface import SOCKETCAN
 from drivers.clock import Clock
 from hil_tests.bridge.bus_end import BusEnd, OnState, unheard
 from hil_tests.bridge.figures import BridgeFigures, WayFigures, counted
 from hil_tests.bridge.holding import held
+from hil_tests.bridge.network_kind import bus_of
 from hil_tests.bridge.raw_port import socketcan
 from hil_tests.wires.way import Towards, Wire
 
@@ -162,6 +164,10 @@ def _way(source: BusEnd, target: BusEnd) -> tuple[str, WayFigures]:
     )
 
 
+def _end(name: str, clock: Clock, on_state: OnState) -> BusEnd:
+    return BusEnd(name, socketcan(name), clock, on_state, virtual=bus_of(SOCKETCAN, name).virtual)
+
+
 @contextmanager
 def bridged(
     autopilot: str, devices: str, wire: Wire[CanFrame], clock: Clock, on_state: OnState = unheard
@@ -177,6 +183,6 @@ def bridged(
         CanPortError: an interface does not open, or another bridge has it.
         ValueError: both are the same.
     """
-    near, far = (BusEnd(name, socketcan(name), clock, on_state) for name in (autopilot, devices))
+    near, far = (_end(name, clock, on_state) for name in (autopilot, devices))
     with held(autopilot, devices), CanBridge(near, far, wire, clock) as bridge:
         yield bridge

@@ -99,5 +99,5 @@ def _line(name: str, way: WayFigures) -> str:
 
 
 def counted(counts: Counter[str]) -> dict[str, int]:
-    """A copy, also while another thread counts on: that takes no steps in between."""
-    return dict(counts)
+    """What was counted at all; also while another thread counts on, for the copy takes no steps in between."""
+    return {cause: count for cause, count in dict(counts).items() if count}

@@ -7,7 +7,16 @@ import pytest
 from drivers.can.frame import CanFrame
 from drivers.can.port import CanPortError
 from drivers.clock import Clock
-from hil_tests.bridge.bus_end import KEEP_S, QUEUE_FULL, QUEUE_MAX, REFUSED, REOPEN_MAX_S, TOO_LATE, BusEnd
+from hil_tests.bridge.bus_end import (
+    KEEP_S,
+    NOT_VIRTUAL,
+    QUEUE_FULL,
+    QUEUE_MAX,
+    REFUSED,
+    REOPEN_MAX_S,
+    TOO_LATE,
+    BusEnd,
+)
 from hil_tests.bridge.tests.ends import Port
 
 BUS_OFF = CanFrame(0.0, 0x40, bytes(8), extended=False, error=True)
@@ -16,11 +25,14 @@ BUS_OFF = CanFrame(0.0, 0x40, bytes(8), extended=False, error=True)
 class Bench:
     """A bus end, its clock, and the ports that it is given one after the other."""
 
-    def __init__(self, *ports):
+    def __init__(self, *ports, virtual=False):
         self.now_s = 100.0
         self.ports, self.states = list(ports), []
         self.clock = Clock(wall=lambda: self.now_s, monotonic=lambda: self.now_s)
-        self.end = BusEnd("can1", self._open, self.clock, lambda state: self.states.append((state.up, state.detail)))
+        self.end = BusEnd("can1", self._open, self.clock, self._on_state, virtual=virtual)
+
+    def _on_state(self, state):
+        self.states.append((state.up, state.detail))
 
     def _open(self, _clock, _lost):
         port = self.ports.pop(0)
@@ -162,3 +174,12 @@ def test_frames_that_a_fault_has_held_do_not_count_as_slow():
     bench.now_s += 1.0
     put(bench.end, frames(0, 1), prompt=False)
     assert bench.end.sent == 1 and bench.end.transit.figures().max_ms != bench.end.transit.figures().max_ms
+
+
+@pytest.mark.parametrize("virtual", [False, True])
+def test_an_error_frame_of_a_fault_goes_onto_a_virtual_bus_only(virtual):
+    port = Port()
+    bench = Bench(port, virtual=virtual)
+    bench.end.open()
+    put(bench.end, [BUS_OFF], prompt=False)
+    assert (len(port.taken), bench.end.dropped) == ((1, {}) if virtual else (0, {NOT_VIRTUAL: 1}))

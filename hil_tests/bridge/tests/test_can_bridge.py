@@ -29,7 +29,7 @@ def sent_through(bridge_wire, packets_of_can0, packets_of_can1):
             can1.send(other)
             out_of_can1.append(can1.recv(72))
             out_of_can0.append(can0.recv(72))
-        return out_of_can1, out_of_can0, bridge.figures()
+    return out_of_can1, out_of_can0, bridge.figures()
 
 
 def test_every_kind_of_frame_passes_both_ways_as_it_is():
