@@ -89,11 +89,12 @@ class WantedFinding:
 
     @property
     def _subject(self) -> str:
-        return "anything" if self.pattern.subject == "*" else self.pattern.subject
+        subject = "anything" if self.pattern.subject == "*" else self.pattern.subject
+        return f"{subject} besides {self.pattern.besides}" if self.pattern.besides else subject
 
     def _of_subject(self, item: Finding) -> bool:
-        pattern = ".*".join(map(re.escape, self.pattern.subject.split("*")))
-        return re.fullmatch(pattern, item.subject, re.IGNORECASE) is not None
+        besides = self.pattern.besides
+        return _matches(self.pattern.subject, item.subject) and not (besides and _matches(besides, item.subject))
 
     def _of_level(self, item: Finding) -> bool:
         if self.pattern.level is not None and item.level is not Level[self.pattern.level]:
@@ -102,6 +103,11 @@ class WantedFinding:
 
     def _says(self, item: Finding) -> bool:
         return self.pattern.text is None or re.search(self.pattern.text, item.text) is not None
+
+
+def _matches(pattern: str, subject: str) -> bool:
+    """`*` stands for any letters; in capitals or not."""
+    return re.fullmatch(".*".join(map(re.escape, pattern.split("*"))), subject, re.IGNORECASE) is not None
 
 
 @dataclass(frozen=True, slots=True)

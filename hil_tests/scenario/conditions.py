@@ -116,6 +116,7 @@ class GatewaySection(Section):
         default_factory=dict,
         description='tables laid over it, as in its own TOML file: {failsafe: {thruster_fault: "hold"}}',
     )
+    signed: bool = Field(default=False, description="the autopilot and it sign their packets, with a key of the play")
 
 
 class Recording(Section):

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal, Self
+from typing import Annotated, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from gateway.supervision.actions import Action, sends
 from hil_tests.scenario.section import Pattern, Seconds, SecondsAbove0, Section, Several
@@ -13,15 +13,36 @@ from hil_tests.scenario.section import Pattern, Seconds, SecondsAbove0, Section,
 # what the failsafe can ask of an autopilot
 COMMANDS: tuple[str, ...] = tuple(str(action) for action in Action if sends(action))
 ANY_COMMAND = "*"
+# of which an entry has exactly one
+EXPECTED = ("finding", "statustext", "command", "mode")
+FORBIDDEN = ("finding", "statustext", "command")
+
+
+# First words of all subjects of findings: what begins otherwise is never found, and never missed.
+SUBJECTS = (
+    *("thruster", "vehicle", "navigation", "dvl", "depth sensor", "gyroscope", "accelerometer"),
+    *("link", "gateway", "failsafe", "operator"),
+)
+
+
+def _of_a_finding(pattern: str) -> str:
+    beginning = pattern.partition("*")[0].lower()
+    if not any(f"{subject} ".startswith(beginning) or beginning.startswith(f"{subject} ") for subject in SUBJECTS):
+        raise ValueError(f"no finding is of that: want {', '.join(SUBJECTS)}, or one of these with more behind it")
+    return pattern
+
+
+Subjects = Annotated[str, Field(min_length=1, pattern=r"^[A-Za-z0-9_ *-]+$"), AfterValidator(_of_a_finding)]
 
 
 class FindingPattern(Section):
     """A finding; what is left out may be anything."""
 
-    subject: str = Field(
-        default="*",
-        min_length=1,
-        description='"thruster 3", "vehicle", "dvl", "link can0"...; `*` stands for any letters',
+    subject: Subjects = Field(
+        default="*", description='"thruster 3", "vehicle", "dvl", "link can0"...; `*` stands for any letters'
+    )
+    besides: Subjects | None = Field(
+        default=None, description='but for these: {subject: "thruster *", besides: "thruster 3*"}'
     )
     level: Literal["UNKNOWN", "NORMAL", "SUSPECT", "FAULT"] | None = Field(
         default=None, description="this one exactly"
@@ -66,7 +87,7 @@ class Expectation(Section):
 
     @model_validator(mode="after")
     def _makes_sense(self) -> Self:
-        _exactly_one(self, ("finding", "statustext", "command", "mode"))
+        _exactly_one(self, EXPECTED)
         _known_command(self.command, COMMANDS)
         if self.severity is not None and self.statustext is None:
             raise ValueError("severity goes with statustext: want a regular expression for the text")
@@ -94,7 +115,7 @@ class Prohibition(Section):
 
     @model_validator(mode="after")
     def _makes_sense(self) -> Self:
-        _exactly_one(self, ("finding", "statustext", "command"))
+        _exactly_one(self, FORBIDDEN)
         _known_command(self.command, (*COMMANDS, ANY_COMMAND))
         if isinstance(self.before_s, float) and self.from_s >= self.before_s:
             raise ValueError(f"forbids nothing: want from_s before before_s = {self.before_s:g}")

@@ -44,9 +44,11 @@ OTHER_WORDS: Mapping[str, tuple[str, ...]] = {
     "delay": ("latency", "delayed"),
 }
 _OF_THRUSTER = {None: Target.THRUSTER, "rpm": Target.RPM, "command": Target.COMMAND}
-_THRUSTER = re.compile(r"thruster ([1-9][0-9]?)(?: (rpm|command))?")
+THRUSTER_NUMBER = "([1-9][0-9]?)"
+BUS_NAME = "(?=.*(?:can|[0-9]))[A-Za-z0-9_-]{1,16}"  # as [[can]] names them, and not just any word
+_THRUSTER = re.compile(f"thruster {THRUSTER_NUMBER}(?: (rpm|command))?")
 _LIKE_A_THRUSTER = re.compile(r"t(hr)?(uster)?[ _#-]*[0-9]", re.IGNORECASE)
-_BUS = re.compile(r"(?=.*(?:can|[0-9]))[A-Za-z0-9_-]{1,16}")  # as [[can]] names them
+_BUS = re.compile(BUS_NAME)
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from io import StringIO
 from pathlib import Path
 from typing import Any
 
 from ruamel.yaml import YAML
 
+from hil_tests.scenario.consistency import contradictions
 from hil_tests.scenario.document import Scenario
-from hil_tests.yaml_document import YamlDocument, read_file, read_text, validated
+from hil_tests.yaml_document import DocumentError, YamlDocument, read_file, read_text, validated
 
 SUFFIXES = (".yaml", ".yml")
 
@@ -21,7 +22,7 @@ def load_scenario(path: Path | str) -> Scenario:
     Raises:
         DocumentError: it cannot be read, is no YAML, or has problems; it lists all of them, each with its line.
     """
-    return _checked(read_file(path), Path(path))
+    return loaded(read_file(path), Path(path))
 
 
 def parse_scenario(text: str, folder: Path, source: str = "scenario.yaml") -> Scenario:
@@ -35,7 +36,7 @@ def parse_scenario(text: str, folder: Path, source: str = "scenario.yaml") -> Sc
     Raises:
         DocumentError: see `load_scenario`.
     """
-    return _checked(read_text(text, source), folder / Path(source).name)
+    return loaded(read_text(text, source), folder / Path(source).name)
 
 
 def find_scenarios(paths: Iterable[Path | str]) -> list[Path]:
@@ -58,9 +59,24 @@ def dump_scenario(scenario: Scenario) -> str:
     return stream.getvalue()
 
 
-def _checked(document: YamlDocument, path: Path) -> Scenario:
+def loaded(document: YamlDocument, path: Path) -> Scenario:
+    """The scenario of a file that has been read.
+
+    Raises:
+        DocumentError: it has problems.
+    """
     scenario = validated(Scenario, document)
+    found = contradictions(scenario, entries_in(document))
+    problems = [document.problem(location, value, wanted) for location, value, wanted in found]
+    if problems:
+        raise DocumentError(document.source, problems)
     return scenario if scenario.name else scenario.model_copy(update={"name": path.stem})
+
+
+def entries_in(document: YamlDocument) -> Sequence[Mapping[str, Any]]:
+    """The faults as the file has them."""
+    entries: Sequence[Mapping[str, Any]] = document.data.get("faults", ())
+    return entries
 
 
 def _found(path: Path) -> list[Path]:
