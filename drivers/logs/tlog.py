@@ -8,13 +8,16 @@ cannot swallow the records behind it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from drivers.logs.damage import DamageReport
 from drivers.logs.kinds import looks_like
 from drivers.logs.tlog_records import RecordWalk, begins_as_record, is_bare_stream
 from drivers.mavlink.decoder import MavlinkDecoder
+from drivers.mavlink.formats import CLOSING
+from drivers.mavlink.frames import Packet
 from drivers.readings import Reading
 
 CHUNK_BYTES = 1 << 20
@@ -38,7 +41,37 @@ def read_tlog(path: Path, decoder: MavlinkDecoder, damage: DamageReport) -> Iter
     """
     with path.open("rb") as file:
         _check(path, file.read(CHUNK_BYTES))
-    return _batches(path, decoder, damage)
+    return _batches(path, RecordWalk(decoder.take, decoder.wanted, decoder.drops, damage))
+
+
+def read_packets(path: Path, damage: DamageReport) -> Iterator[list[tuple[float, Packet]]]:
+    """All packets of a MAVLink log of messages whose layout is known, each with the record's own time, in its order.
+
+    Args:
+        path: the log.
+        damage: told what is lost, as by `read_tlog`.
+
+    Returns:
+        Batches of times and packets.
+
+    Raises:
+        OSError, ValueError: as `read_tlog`.
+    """
+    with path.open("rb") as file:
+        _check(path, file.read(CHUNK_BYTES))
+    return _packets(path, damage)
+
+
+def _packets(path: Path, damage: DamageReport) -> Iterator[list[tuple[float, Packet]]]:
+    packets: list[tuple[float, Packet]] = []
+
+    def take(packet: Packet, time_s: float) -> Sequence[Reading]:
+        packets.append((time_s, packet))
+        return ()
+
+    for _ in _batches(path, RecordWalk(take, CLOSING, Counter(), damage)):
+        yield packets
+        packets = []
 
 
 def _check(path: Path, head: bytes) -> None:
@@ -48,8 +81,7 @@ def _check(path: Path, head: bytes) -> None:
         raise ValueError(f"{path}: want a MAVLink log (.tlog), this is {looks_like(head)}")
 
 
-def _batches(path: Path, decoder: MavlinkDecoder, damage: DamageReport) -> Iterator[list[Reading]]:
-    walk = RecordWalk(decoder.take, decoder.wanted, decoder.drops, damage)
+def _batches(path: Path, walk: RecordWalk) -> Iterator[list[Reading]]:
     with path.open("rb") as file:
         chunk, rest, begin = file.read(CHUNK_BYTES), b"", 0
         while chunk:

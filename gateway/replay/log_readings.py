@@ -100,13 +100,18 @@ class LogReadings:
 
     def _can(self, log: LogInput) -> Blocks:
         for interface, frames in open_can_log(log.path, self.damage[log.path]):
-            bus = self._bus(interface, log)
+            bus = self.bus_of(interface, log)
             if bus is None:
                 self.unused[interface] += len(frames)
             else:
                 yield bus.name, self._readings_of(bus).decode(frames)
 
-    def _bus(self, interface: str, log: LogInput) -> CanBus | None:
+    def bus_of(self, interface: str, log: LogInput) -> CanBus | None:
+        """The bus that an interface of one of the logs is; None: no link of the configuration.
+
+        Raises:
+            ValueError: it would be the same as another interface of that log.
+        """
         known = self._buses[log.path]
         if interface not in known:
             bus = _bus_of(interface, log, self._config)
