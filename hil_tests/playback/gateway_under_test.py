@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import logging
 import signal
 import sys
-from collections.abc import AsyncIterator, Callable, Sequence
-from contextlib import asynccontextmanager
+from collections.abc import AsyncIterator, Callable, Iterator, Sequence
+from contextlib import asynccontextmanager, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 from drivers.clock import Clock
+from drivers.mavlink.transports import Connect, open_transport
+from gateway.can_source import PortOf
 from gateway.config import Config
+from gateway.pipeline import Factories
 from gateway.run import run
-from hil_tests.playback.memory import MemoryBus, MemoryLink
+from gateway.summary import Summary
 
 # In an emulated machine it takes half a minute to load what it needs
 START_S, STOP_S = 120.0, 20.0
@@ -47,16 +52,50 @@ class GatewayRun:
             raise GatewayFailedError(reason)
 
 
+@dataclass(frozen=True, slots=True)
+class Connections:
+    """How a gateway in the play's own event loop opens its links.
+
+    Attributes:
+        port_of: its CAN buses; None: as configured.
+        connect: the autopilot's link.
+    """
+
+    port_of: PortOf | None = None
+    connect: Connect = open_transport
+
+
 @asynccontextmanager
 async def gateway_in_loop(
-    config: Config, clock: Clock, bus: MemoryBus | None, link: MemoryLink
+    config: Config, clock: Clock, connections: Connections, factories: Factories | None = None
 ) -> AsyncIterator[GatewayRun]:
-    """All of `gateway run` in this event loop, at the ends of a bus and a link in memory; stopped in order."""
+    """All of `gateway run` in this event loop, stopped in order; its log goes into the folder of its findings.
+
+    Args:
+        config: what it watches.
+        clock: of the play.
+        connections: see there.
+        factories: makes the detectors; None: the real ones.
+    """
     stop = asyncio.Event()
-    port_of = None if bus is None else lambda _: bus.opener()
-    running = asyncio.create_task(
-        run(config, clock=clock, stop=stop, port_of=port_of, connect=link.connect), name="gateway"
-    )
+    with _logged(config.files.findings.parent / LOG):
+        running = asyncio.create_task(
+            run(
+                config,
+                clock=clock,
+                stop=stop,
+                factories=factories,
+                port_of=connections.port_of,
+                connect=connections.connect,
+            ),
+            name="gateway",
+        )
+        async with _watched(running, stop) as watched:
+            yield watched
+
+
+@asynccontextmanager
+async def _watched(running: asyncio.Task[Summary], stop: asyncio.Event) -> AsyncIterator[GatewayRun]:
 
     def ended() -> str | None:
         if not running.done():
@@ -69,8 +108,26 @@ async def gateway_in_loop(
         yield watched
     finally:
         stop.set()
-        summary = await running
-        watched.lines = summary.lines()
+        await asyncio.wait([running])
+        if running.exception() is None:
+            watched.lines = running.result().lines()
+
+
+@contextmanager
+def _logged(path: Path) -> Iterator[None]:
+    """What the gateway logs meanwhile is in a file, and not on the terminal of those who look at the play."""
+    logger, handler = logging.getLogger("gateway"), logging.FileHandler(path, mode="w", encoding="utf-8")
+    before = logger.propagate, logger.level
+    logger.propagate = False
+    logger.setLevel(logging.INFO)
+    logger.addHandler(handler)
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
+        handler.close()
+        logger.propagate, level = before
+        logger.setLevel(level)
 
 
 @asynccontextmanager

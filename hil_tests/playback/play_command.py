@@ -1,0 +1,161 @@
+"""`gateway hil play`: scenarios played and judged."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+
+if TYPE_CHECKING:
+    from hil_tests.playback.outcome import Outcome
+    from hil_tests.playback.play import Way
+
+REPORT, JUNIT = "report.html", "junit.xml"
+PASSED, FAILED, UNPLAYED = 0, 1, 2
+
+
+@click.command(short_help="Play scenarios, and judge what the gateway makes of them.")
+@click.argument("scenario", nargs=-1)
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, file_okay=False),
+    default=Path("out/hil"),
+    show_default=True,
+    help=f"Folder for {REPORT}, {JUNIT}, and one folder for each scenario with all that was recorded.",
+)
+@click.option("--tag", "tags", multiple=True, help="Only scenarios with this tag; may be given several times.")
+@click.option("--realtime", is_flag=True, help="At the pace of the clock, in memory; without: as fast as it goes.")
+@click.option("--can", "channel", metavar="CHANNEL", help="On this SocketCAN interface, in real time: vcan0.")
+@click.option("--seed", type=click.IntRange(min=0), help="Of all chance, in place of the scenario's own.")
+@click.option(
+    "--jobs",
+    type=click.IntRange(min=1),
+    default=os.cpu_count() or 1,
+    show_default="one for each core",
+    help="Scenarios that are played at a time, in virtual time.",
+)
+def play(
+    scenario: tuple[str, ...],
+    out: Path,
+    tags: tuple[str, ...],
+    realtime: bool,
+    channel: str | None,
+    seed: int | None,
+    jobs: int,
+) -> None:
+    """Play scenarios, and judge what the gateway makes of them.
+
+    SCENARIO is a file, a folder of files, or the name of one that ships (`gateway hil list`). None: all that ship.
+
+    In virtual time, vehicle and gateway are in memory, and minutes take seconds. With --can, the vehicle's nodes are
+    on a real bus, and the gateway is the program that runs on your vehicle.
+
+    Exit code 0: all passed; 1: some did not; 2: some could not be played.
+    """
+    from drivers.can.port import CanPortError
+    from gateway.problems import ConfigError
+    from hil_tests.playback.play import Way
+
+    console = Console()
+    try:
+        paths = _chosen(scenario, tags)
+        stage = _Stage(paths, out, {} if seed is None else {"seed": seed}, console)
+        way = Way(realtime, channel)
+        outcomes = stage.in_turn(way) if way.realtime or way.channel else stage.at_once(jobs)
+    except (ConfigError, CanPortError, OSError, ValueError) as error:
+        click.echo(f"Error: {error}", err=True)
+        raise click.exceptions.Exit(UNPLAYED) from error
+    _conclude(outcomes, out, console)
+
+
+def _chosen(named: Sequence[str], tags: Sequence[str]) -> list[Path]:
+    """The files to play.
+
+    Raises:
+        ValueError: there is no such scenario, or none with these tags.
+    """
+    from hil_tests.scenario.loading import load_scenario
+    from hil_tests.scenario.shelf import scenario_files
+
+    paths = scenario_files(named)
+    chosen = [path for path in paths if not tags or set(tags) <= set(load_scenario(path).tags)]
+    if not chosen:
+        raise ValueError(f"none of {len(paths)} scenarios has the tags {', '.join(tags)}")
+    return chosen
+
+
+@dataclass(frozen=True, slots=True)
+class _Stage:
+    """Where scenarios are played, and told of while they are."""
+
+    paths: Sequence[Path]
+    out: Path
+    changes: dict[str, Any]
+    console: Console
+
+    def at_once(self, jobs: int) -> list[Outcome]:
+        """In virtual time, several at a time."""
+        from hil_tests.playback.batch import Job, play_jobs
+
+        work = [Job(path, self._folder(path), self.changes) for path in self.paths]
+        with self._bar(len(work)) as (bar, task):
+
+            def done(outcome: Outcome) -> None:
+                bar.advance(task)
+                self._tell(outcome, bar.console)
+
+            return play_jobs(work, jobs, done)
+
+    def in_turn(self, way: Way) -> list[Outcome]:
+        """In real time, one after the other."""
+        from hil_tests.playback.play import play_file
+        from hil_tests.scenario.loading import load_scenario
+
+        outcomes = []
+        for path in self.paths:
+            with self._bar(load_scenario(path).duration_s, path.stem) as (bar, task):
+
+                def show(since_s: float, bar: Progress = bar, task: TaskID = task) -> None:
+                    bar.update(task, completed=since_s)
+
+                outcomes.append(play_file(path, self._folder(path), way, show, self.changes))
+            self._tell(outcomes[-1], self.console)
+        return outcomes
+
+    def _folder(self, path: Path) -> Path:
+        return self.out / path.stem
+
+    @contextmanager
+    def _bar(self, total: float, what: str = "scenarios") -> Iterator[tuple[Progress, TaskID]]:
+        columns = TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()
+        hidden = not self.console.is_terminal
+        with Progress(*columns, console=self.console, transient=True, disable=hidden) as bar:
+            yield bar, bar.add_task(what, total=total)
+
+    def _tell(self, outcome: Outcome, console: Console) -> None:
+        from hil_tests.report.table import line_of
+
+        console.print(line_of(outcome), highlight=False, soft_wrap=True)
+
+
+def _conclude(outcomes: Sequence[Outcome], out: Path, console: Console) -> None:
+    """Reports, table, and the exit code."""
+    from hil_tests.report.expectations import passed
+    from hil_tests.report.html import write_report
+    from hil_tests.report.junit import write_junit
+    from hil_tests.report.table import table_of
+
+    write_report(outcomes, out / REPORT)
+    write_junit(outcomes, out / JUNIT)
+    console.print(table_of(outcomes))
+    console.print(f"report: {out / REPORT}", highlight=False, markup=False, soft_wrap=True)
+    if any(outcome.broken is not None for outcome in outcomes):
+        raise click.exceptions.Exit(UNPLAYED)
+    raise click.exceptions.Exit(PASSED if all(map(passed, outcomes)) else FAILED)
