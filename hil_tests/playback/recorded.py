@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import inf
 from pathlib import Path
 
@@ -22,7 +22,7 @@ from gateway.config import Config
 from hil_tests.dive_logs.laps import WHOLE, Laps, Part
 from hil_tests.dive_logs.packet_bytes import packet_bytes
 from hil_tests.dive_logs.pieces import OnBus, Piece
-from hil_tests.dive_logs.reading import NO_OFFSETS, LoggedDive
+from hil_tests.dive_logs.reading import LoggedDive
 from hil_tests.dive_logs.senders import Side, side_of
 from hil_tests.playback.outcome import ModeChange
 from hil_tests.rig import ardusub, px4
@@ -53,7 +53,7 @@ class DiveLogs:
     folder: Path = Path()
     part: Part = WHOLE
     again: bool = False
-    offsets_s: Mapping[Path, float] = NO_OFFSETS
+    offsets_s: Mapping[Path, float] = field(default_factory=dict)
 
 
 class RecordedDive:
