@@ -16,7 +16,8 @@ from hil_tests.report.mode_checks import ends_in, goes_into
 from hil_tests.report.wanted import Item, Wanted, WantedCommand, WantedFinding, WantedText
 from hil_tests.report.windows import Window, since_start_s
 from hil_tests.report.words import clock, lasting
-from hil_tests.scenario.document import Expectation, Prohibition, Scenario
+from hil_tests.scenario.document import Scenario
+from hil_tests.scenario.expectations import Expectation, Prohibition
 
 
 def checks(outcome: Outcome) -> list[Check]:

@@ -9,7 +9,7 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from hil_tests.playback.outcome import Outcome
-from hil_tests.report.account import account
+from hil_tests.report.account import account, name_of
 from hil_tests.report.check import Check
 from hil_tests.report.expectations import checks
 
@@ -53,7 +53,7 @@ def junit_xml(outcomes: Sequence[Outcome], written: datetime) -> bytes:
 
 def _case(outcome: Outcome) -> ET.Element:
     """Children in the order of the schema: properties, failure or error, system-out."""
-    attributes = {"name": _name(outcome), "classname": _class(outcome), "time": _seconds(outcome.wall_s)}
+    attributes = {"name": name_of(outcome), "classname": _class(outcome), "time": _seconds(outcome.wall_s)}
     case = ET.Element("testcase", {key: printable(value) for key, value in attributes.items()})
     properties = ET.SubElement(case, "properties")
     for name, value in _properties(outcome).items():
@@ -66,10 +66,6 @@ def _case(outcome: Outcome) -> ET.Element:
         trouble.text = printable("\n".join(_missed(one) for one in missed))
     ET.SubElement(case, "system-out").text = printable("\n".join(account(outcome)))
     return case
-
-
-def _name(outcome: Outcome) -> str:
-    return outcome.scenario.name or outcome.path.stem
 
 
 def _class(outcome: Outcome) -> str:

@@ -15,7 +15,7 @@ from gateway.severity import Severity
 from hil_tests.playback.outcome import Outcome
 from hil_tests.report.commands import ANY, acts, told, word_of
 from hil_tests.rig.notes import ReceivedCommand, ReceivedText
-from hil_tests.scenario.document import FindingPattern
+from hil_tests.scenario.expectations import FindingPattern
 
 SIMILAR = 0.5  # ratio of equal letters from which on a text passes for what was meant
 

@@ -7,7 +7,8 @@ from math import inf, isfinite
 
 from hil_tests.playback.outcome import Outcome
 from hil_tests.report.words import clock, lasting
-from hil_tests.scenario.document import Expectation, Scenario
+from hil_tests.scenario.document import Scenario
+from hil_tests.scenario.expectations import Expectation
 
 TIME_DIGITS = 6  # as findings have them: a time of 1.8e9 s has no more in a float
 

@@ -12,7 +12,8 @@ from gateway.severity import Severity
 from hil_tests.playback.outcome import ModeChange, Outcome
 from hil_tests.rig.commands import Command, Result
 from hil_tests.rig.notes import ReceivedCommand, ReceivedText
-from hil_tests.scenario.document import Expectation, Prohibition, Scenario
+from hil_tests.scenario.document import Scenario
+from hil_tests.scenario.expectations import Expectation, Prohibition
 from hil_tests.scenario.failures import Target
 from hil_tests.scenario.fault import Fault, Subject
 

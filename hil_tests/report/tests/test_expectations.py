@@ -107,6 +107,15 @@ def test_patterns_of_findings(pattern: dict[str, str], right: bool) -> None:
     assert only(play(expect=({"finding": pattern},), findings=[suspect])).passed is right
 
 
+def test_all_besides_one() -> None:
+    wanted = {"finding": {"subject": "thruster *", "besides": "thruster 3*", "at_least": "SUSPECT"}}
+    esc = finding(26.0, subject="thruster 3 esc")
+    assert only(play(never=(wanted,), findings=[finding(25.0), esc])).passed
+    check = only(play(never=(wanted,), findings=[finding(25.0), finding(27.0, subject="thruster 1")]))
+    assert check.expected == "no SUSPECT or FAULT of thruster * besides thruster 3* at all"
+    assert check.time_s == 27.0
+
+
 def test_a_note_of_the_failsafe_is_no_level_of_the_vehicle() -> None:
     note = finding(26.0, Level.SUSPECT, "vehicle", "Hold asked for T3", detector="failsafe")
     levelled = {"finding": {"subject": "vehicle", "at_least": "SUSPECT"}}

@@ -1,0 +1,23 @@
+"""All plots of a play, in the order in which they are looked at."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from hil_tests.playback.outcome import Outcome
+from hil_tests.report.check import Check
+from hil_tests.report.drawing import Figure
+from hil_tests.report.motion_figures import motion_figures
+from hil_tests.report.thruster_figures import residuals, thruster_figures
+from hil_tests.report.timeline import timeline
+
+
+def figures(outcome: Outcome, checks: Sequence[Check]) -> list[Figure]:
+    """Only those for which there is something to draw: where nothing was simulated, the truth is not known."""
+    off = residuals(outcome)
+    return [
+        timeline(outcome, checks),
+        *sorted(thruster_figures(outcome), key=lambda one: not one.main),
+        *([off] if off else []),
+        *motion_figures(outcome),
+    ]

@@ -1,0 +1,151 @@
+"""The report of a run: one HTML file that needs nothing else, neither a network nor, but for its plots, a script."""
+
+from __future__ import annotations
+
+import json
+from base64 import b64encode
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from gzip import compress
+from math import isfinite
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from plotly.offline import get_plotlyjs
+
+from hil_tests.playback.outcome import Outcome
+from hil_tests.report.account import Line, counted, happenings, name_of
+from hil_tests.report.check import Check
+from hil_tests.report.expectations import checks, found_after_s
+from hil_tests.report.figures import figures
+from hil_tests.report.words import clock, lasting
+from hil_tests.scenario.fault import AXES, Fault
+
+PACKING = 6  # beyond it, a few hundredths less for four times the time
+
+
+@dataclass(frozen=True, slots=True)
+class FaultRow:
+    """A fault in words."""
+
+    words: str
+    from_clock: str
+    to_clock: str
+    ramp: str
+    size: str
+
+
+@dataclass(frozen=True, slots=True)
+class Plot:
+    """What the page knows of a plot before it is drawn."""
+
+    title: str
+    height_px: int
+    main: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """What the page tells of one scenario.
+
+    Attributes:
+        outcome: of it.
+        name: for people.
+        passed: whether all checks did.
+        checks: all of them.
+        found_after: of the first thing that was to be found, "" = nothing was, or it was not.
+        speed: how many times faster than real time.
+        faults: of it.
+        lines: what happened, in order of time.
+        plots: titles and sizes, in the order of `drawings`.
+        drawings: of the plots, packed.
+        play_again: command.
+    """
+
+    outcome: Outcome
+    name: str
+    passed: bool
+    checks: Sequence[Check]
+    found_after: str
+    speed: str
+    faults: Sequence[FaultRow]
+    lines: Sequence[Line]
+    plots: Sequence[Plot]
+    drawings: str
+    play_again: str
+
+
+def write_report(outcomes: Sequence[Outcome], path: Path) -> None:
+    """Write the file.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    path.write_text(report_html(outcomes, datetime.now(UTC)), encoding="utf-8")
+
+
+def report_html(outcomes: Sequence[Outcome], written: datetime) -> str:
+    """The page: what failed comes first, else as it was played.
+
+    Args:
+        outcomes: of the run.
+        written: when; aware of its time zone.
+    """
+    sections = sorted((_section(outcome) for outcome in outcomes), key=lambda one: one.passed)
+    pages = Environment(loader=FileSystemLoader(Path(__file__).parent), autoescape=True, undefined=StrictUndefined)
+    return pages.get_template("report.html").render(
+        sections=sections,
+        passed=sum(one.passed for one in sections),
+        played_s=sum(outcome.end_s - outcome.start_s for outcome in outcomes),
+        wall_s=sum(outcome.wall_s for outcome in outcomes),
+        written=written.astimezone(UTC).strftime("%Y-%m-%d %H:%M UTC"),
+        plotly=packed(get_plotlyjs()),
+        clock=clock,
+        lasting=lasting,
+        counted=counted,
+    )
+
+
+def packed(text: str) -> str:
+    """The text as the page's script unpacks it: gzip in base64; the same text gives the same letters."""
+    return b64encode(compress(text.encode(), PACKING, mtime=0)).decode()
+
+
+def _section(outcome: Outcome) -> Section:
+    held, found_s = checks(outcome), found_after_s(outcome)
+    drawn = figures(outcome, held)
+    return Section(
+        outcome=outcome,
+        name=name_of(outcome),
+        passed=all(one.passed for one in held),
+        checks=held,
+        found_after="" if found_s is None else lasting(found_s),
+        speed=_speed(outcome),
+        faults=list(_fault_rows(outcome)),
+        lines=list(happenings(outcome)),
+        plots=[Plot(one.title, one.height_px, one.main) for one in drawn],
+        drawings=packed(json.dumps([one.json for one in drawn], separators=(",", ":"), allow_nan=False)),
+        play_again=f"gateway hil play {outcome.path.as_posix()}",
+    )
+
+
+def _speed(outcome: Outcome) -> str:
+    if outcome.wall_s <= 0.0:
+        return ""
+    times = (outcome.end_s - outcome.start_s) / outcome.wall_s
+    return f"{times:.0f}×" if times >= 10.0 else f"{times:.1f}×"
+
+
+def _fault_rows(outcome: Outcome) -> Iterator[FaultRow]:
+    for fault in outcome.scenario.faults:
+        to_clock = clock(fault.until_s) if isfinite(fault.until_s) else "the end"
+        ramp = lasting(fault.ramp_s) if fault.ramp_s else "at once"
+        yield FaultRow(fault.words, clock(fault.at_s), to_clock, ramp, ", ".join(_size(fault)))
+
+
+def _size(fault: Fault) -> Iterator[str]:
+    if fault.axis is not None:
+        yield AXES[fault.axis]
+    for name, value in fault.values.items():
+        yield f"{name.replace('_', ' ')} {value:g}"
