@@ -24,6 +24,15 @@ def to_body(vector: Vector, attitude_rad: Vector) -> Vector:
     return forward, cos(roll_rad) * right + sin(roll_rad) * down, cos(roll_rad) * down - sin(roll_rad) * right
 
 
+def to_earth(vector: Vector, attitude_rad: Vector) -> Vector:
+    """The inverse of `to_body`: forward, right, down to north, east, down."""
+    forward, right, below = vector
+    roll_rad, pitch_rad, yaw_rad = attitude_rad
+    right, down = cos(roll_rad) * right - sin(roll_rad) * below, sin(roll_rad) * right + cos(roll_rad) * below
+    ahead, down = cos(pitch_rad) * forward + sin(pitch_rad) * down, cos(pitch_rad) * down - sin(pitch_rad) * forward
+    return cos(yaw_rad) * ahead - sin(yaw_rad) * right, sin(yaw_rad) * ahead + cos(yaw_rad) * right, down
+
+
 def body_rates(attitude_rad: Vector, attitude_rates_radps: Vector) -> Vector:
     """Angular rate about the body's axes from roll, pitch, yaw and their rates."""
     roll_rad, pitch_rad, _ = attitude_rad

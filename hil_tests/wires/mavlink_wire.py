@@ -1,7 +1,8 @@
 """The MAVLink wire: what faults do to the packets between an autopilot and the gateway.
 
-In this order: the sensors' faults change or withhold messages, as if they had been sent so; then somebody may listen
-and send of his own; then the link loses, delays and damages what is on it.
+In this order: sensors' faults change or withhold messages, as if they had been sent so; then somebody may listen and
+send of his own; then the link loses, delays and damages what is on it. Messages of sensors are changed whichever way
+they pass: a DVL's driver speaks to the autopilot as well.
 """
 
 from __future__ import annotations
@@ -10,11 +11,15 @@ from collections import Counter
 from collections.abc import Sequence
 from math import inf
 
+from gateway.config import Config
 from hil_tests.rig.link_conditions import Line
 from hil_tests.scenario.failures import Target
 from hil_tests.scenario.fault import Fault
 from hil_tests.wires.intruders import intruders
 from hil_tests.wires.link_faults import NONE, Noise, trouble
+from hil_tests.wires.mavlink.changed_stream import ChangedStream
+from hil_tests.wires.mavlink.payload_faults import PayloadFaults
+from hil_tests.wires.mavlink.sealing import Sealer
 from hil_tests.wires.way import Passed, Towards
 
 # what the wire calls that which its line counts
@@ -28,45 +33,83 @@ class MavlinkWire:
         faults: those of other targets are left to others.
         start_s: from when the faults' times count, in unix seconds.
         seed: of all that is random.
+        key: 32 bytes, of the link's signatures; None: signed packets cannot be changed, only withheld, which leaves
+            gaps in their numbers.
+        config: of the gateway: where it reads thrusters and depth. None: no thruster is read on this link.
 
     Attributes:
         counts: what faults have done, by cause.
+
+    Raises:
+        ValueError: a fault that its subject cannot have, or a key that is none.
     """
 
-    def __init__(self, faults: Sequence[Fault], start_s: float, seed: int = 0) -> None:
+    def __init__(
+        self,
+        faults: Sequence[Fault],
+        start_s: float,
+        seed: int = 0,
+        key: bytes | None = None,
+        config: Config | None = None,
+    ) -> None:
         self.counts: Counter[str] = Counter()
         self._start_s = start_s
         self._link_faults = [fault for fault in faults if fault.subject.target is Target.LINK]
         self._line: Line[Passed[bytes]] = Line(seed=seed)
         self._noise = Noise(seed)
         self._intruders = intruders(self._link_faults, start_s)
+        self._streams = {
+            towards: ChangedStream(PayloadFaults(faults, seed, config), Sealer(key), self.counts)
+            for towards in (Towards.GATEWAY, Towards.AUTOPILOT)
+        }
 
     def put(self, time_s: float, item: bytes, towards: Towards) -> None:
-        """A packet enters the wire: one datagram, or what came at once of a stream; empty ones are nothing."""
-        self._intrude(time_s)
-        passed = Passed(item, towards)
-        for intruder in self._intruders:
-            intruder.hear(time_s, passed)
-        self._send(time_s, passed)
+        """A packet enters the wire: one datagram, or what came at once of a stream."""
+        self._catch_up(time_s)
+        said = self._streams[towards].take(time_s, time_s - self._start_s, item)
+        if said or said is item:
+            self._enter(time_s, Passed(said, towards))
 
     def due(self, time_s: float) -> list[Passed[bytes]]:
         """What has arrived by now, in order of arrival, with what faults have added."""
-        self._intrude(time_s)
+        self._catch_up(time_s)
         return self._line.due(time_s)
 
     def next_s(self) -> float:
         """When more is due without anything being put in; infinity: never."""
-        return min(self._line.next_s(), self._intrusion_s())
+        return min(self._line.next_s(), self._intrusion_s(), self._release_s())
+
+    def _catch_up(self, time_s: float) -> None:
+        """What goes onto the link by now without anything being put in."""
+        while (next_s := min(self._intrusion_s(), self._release_s())) <= time_s:
+            if self._release_s() == next_s:
+                self._release(next_s)
+            else:
+                self._intrude()
+
+    def _release_s(self) -> float:
+        return min(stream.release_s for stream in self._streams.values())
+
+    def _release(self, time_s: float) -> None:
+        """Beginnings of packets of which the rest has not come."""
+        for towards, stream in self._streams.items():
+            if stream.release_s <= time_s:
+                self._enter(time_s, Passed(stream.release(), towards))
 
     def _intrusion_s(self) -> float:
         return min((intruder.next_s() for intruder in self._intruders), default=inf)
 
-    def _intrude(self, time_s: float) -> None:
-        """What others have sent by now."""
-        while self._intrusion_s() <= time_s:
-            intruder = min(self._intruders, key=lambda one: one.next_s())
-            self.counts[intruder.counted] += 1
-            self._send(*intruder.take())
+    def _intrude(self) -> None:
+        """The next packet of others."""
+        intruder = min(self._intruders, key=lambda one: one.next_s())
+        self.counts[intruder.counted] += 1
+        self._send(*intruder.take())
+
+    def _enter(self, time_s: float, passed: Passed[bytes]) -> None:
+        """Onto the link, where others may listen."""
+        for intruder in self._intruders:
+            intruder.hear(time_s, passed)
+        self._send(time_s, passed)
 
     def _send(self, time_s: float, passed: Passed[bytes]) -> None:
         """Onto the line, as good or bad as it is now."""

@@ -17,6 +17,7 @@ from hil_tests.wires.tests.packets import START_S, fault, played
 from hil_tests.wires.way import Towards
 
 LINK = Target.LINK
+WAYS = (Towards.GATEWAY, Towards.AUTOPILOT)
 # Each fault of a link, as bad as it gets, and over before the packets of a test come.
 PAST = (
     *(fault(LINK, failure, share=1.0, until_s=5.0) for failure in ("loss", "duplication", "garbage", "bad_checksum")),
@@ -43,9 +44,7 @@ def numbers_in(packets):
 
 
 @given(
-    st.lists(
-        st.tuples(st.floats(0.0, 1.0), st.binary(min_size=1, max_size=40), st.sampled_from(Towards)), max_size=30
-    )
+    st.lists(st.tuples(st.floats(0.0, 1.0), st.binary(min_size=1, max_size=40), st.sampled_from(WAYS)), max_size=30)
 )
 def test_without_an_active_fault_all_passes_at_once_the_same_objects_in_their_order(items):
     ours, now_s = wire(*PAST), START_S + 10.0
@@ -70,7 +69,7 @@ def test_what_came_at_one_time_keeps_its_order_in_both_directions():
 
 
 def test_a_share_gets_lost_both_ways():
-    for towards in (Towards.GATEWAY, Towards.AUTOPILOT):
+    for towards in WAYS:
         ours = wire(fault(LINK, "loss", share=0.3))
         arrived = played(ours, telemetry(), towards)
         assert len(arrived) == 200 - ours.counts["packets lost"] == pytest.approx(140, abs=25)
