@@ -1,0 +1,133 @@
+"""The scenario that `gateway hil new` begins with: commented, valid, and ready to be played."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping, Sequence
+
+from hil_tests.scenario.failures import FailureKind, Quantity, Target, kinds_of
+from hil_tests.scenario.fault import Subject, failure_hint, subject_named
+from hil_tests.scenario.schema import SCHEMA_FILE
+
+ONSET_S, DURATION_S = 60, 90
+# What the detectors of navigation sensors take; the others are quicker.
+WITHIN_S: Mapping[Target, int] = {Target.THRUSTER: 5, Target.RPM: 5, Target.COMMAND: 5}
+SLOW_WITHIN_S = 20
+# Whom the gateway blames; what is not here has findings of its own, or none.
+BLAMED: Mapping[Target, str] = {
+    Target.THRUSTER: "thruster {number}",
+    Target.RPM: "thruster {number}",
+    Target.COMMAND: "thruster {number}",
+    Target.DVL: "dvl",
+    Target.DEPTH: "depth sensor",
+    Target.ACCELEROMETER: "accelerometer",
+    Target.GYROSCOPE: "gyroscope",
+}
+# Where the table of failures has no default: sizes that are seen, and do happen.
+TYPICAL: Mapping[str, float] = {
+    "share": 0.25, "factor": 1.3, "interval_s": 1.0, "delay_s": 0.5, "node": 11,
+    "spread_rpm": 300, "bias_rpm": 200, "drift_rpm_per_s": 20, "noise_rpm": 150,
+    "spread_share": 0.3, "bias_share": 0.2, "drift_share_per_s": 0.02, "noise_share": 0.1,
+    "spread_mps": 0.5, "bias_mps": 0.3, "drift_mps2": 0.02, "noise_mps": 0.2,
+    "spread_m": 3, "bias_m": 3, "drift_mps": 0.2, "noise_m": 1,
+    "spread_mps2": 1, "bias_mps2": 0.5, "drift_mps3": 0.02, "noise_mps2": 0.5,
+    "spread_radps": 0.2, "bias_radps": 0.05, "drift_radps2": 0.002, "noise_radps": 0.1,
+    "spread_deg": 30, "bias_deg": 20, "drift_degps": 1, "noise_deg": 10,
+    "sag_v": 2, "force_n": 30, "speed_mps": 0.4,
+}  # fmt: skip
+
+PLAIN = re.compile("[A-Za-z_./][A-Za-z0-9_./-]*")  # needs no quotes in YAML
+
+_TEXT = """\
+# yaml-language-server: $schema={schema}
+# Times are in seconds since the start. What else can go wrong: gateway hil list --failures
+about: >
+  What this shows, and why.
+tags: []
+vehicle: {vehicle}  # or the path of your own: gateway hil list --profiles
+seed: 1  # of all chance: the same seed gives the same play
+duration_s: {duration_s}
+
+mission:
+  style: surveying  # what the pilot's hands do; still: nothing
+  mode: MANUAL
+  depth_m: 5
+  course: {{headings_deg: [0, 90, 180, 270], leg_s: 15}}
+  steps: []  # - {{at_s: 30, depth_m: 8}}
+
+water:
+  currents: []  # - {{speed_mps: 0.2, towards_deg: 90}}
+
+{faults}
+{expect}
+never:
+  # nothing is said before anything is wrong
+  - finding: {{at_least: SUSPECT}}{before}
+"""
+
+
+def new_scenario(vehicle: str, faults: Sequence[str], schema: str = SCHEMA_FILE.as_posix()) -> str:
+    """The text of a file.
+
+    Args:
+        vehicle: name of a profile, or path.
+        faults: each a subject and its failure, in words: "thruster 3 entangled", "can0 bus off".
+        schema: what the editor is told of where the schema is.
+
+    Raises:
+        ValueError: a fault that is not in the table.
+    """
+    wanted = [_named(fault) for fault in faults]
+    return _TEXT.format(
+        schema=schema,
+        vehicle=vehicle if PLAIN.fullmatch(vehicle) else json.dumps(vehicle),
+        duration_s=DURATION_S,
+        faults="\n".join(["faults:" if wanted else "faults: []", *map(_entry, wanted)]) + "\n",
+        expect=_expectations([subject for subject, _ in wanted]),
+        before="\n    before_s: fault" if wanted else "",
+    )
+
+
+def _named(fault: str) -> tuple[Subject, FailureKind]:
+    """The subject of a fault, which may be of several words, as its failure may be."""
+    words = fault.split()
+    problems = [f"fault = {fault}: want a subject and what befalls it, such as thruster 3 entangled"]
+    for count in range(len(words) - 1, 0, -1):
+        try:
+            subject = subject_named(" ".join(words[:count]))
+        except ValueError as error:
+            problems.append(f"fault = {fault}: {error}")
+            continue
+        row = kinds_of(subject.target).get("_".join(words[count:]))
+        if row is not None:
+            return subject, row
+        raise ValueError(f"fault = {fault}: {failure_hint(subject.target, '_'.join(words[count:]))}")
+    raise ValueError(problems[-1])
+
+
+def _entry(wanted: tuple[Subject, FailureKind]) -> str:
+    subject, row = wanted
+    lines = [f"  - at_s: {ONSET_S}", f"    subject: {subject.name}", f"    failure: {row.failure}  # {row.text}"]
+    lines += map(_quantity, row.quantities)
+    if row.axes:
+        lines.append(f"    # axis: {row.axes[0]}  # {', '.join(row.axes)}; left out: all")
+    return "\n".join([*lines, "    # ramp_s: 5  # to its full size; left out: at once", "    # duration_s: 20"])
+
+
+def _quantity(quantity: Quantity) -> str:
+    value = TYPICAL[quantity.name] if quantity.default is None else quantity.default
+    return f"    {quantity.name}: {value:g}  # {quantity.text}"
+
+
+def _expectations(subjects: Sequence[Subject]) -> str:
+    lines = []
+    for subject in dict.fromkeys(subjects):
+        blamed = BLAMED.get(subject.target, "").format(number=subject.thruster)
+        if blamed:
+            within_s = WITHIN_S.get(subject.target, SLOW_WITHIN_S)
+            lines += [f"  - finding: {{subject: {blamed}, level: FAULT}}", f"    within_s: {within_s}"]
+    lines = lines or ["  # - finding: {subject: thruster 3, level: FAULT}", "  #   within_s: 5"]
+    return (
+        "\n".join(["expect:", *lines, '  # - statustext: "^T3 "  # a regular expression', "  #   within_s: 5"]) + "\n"
+    )
