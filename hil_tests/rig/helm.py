@@ -8,11 +8,6 @@ from math import isfinite, pi, radians
 from hil_tests.rig.pilot import Sticks
 from hil_tests.rig.vehicle import Motion
 
-TURN_RATE_RADPS = 0.35
-# Yaw stick for each rad/s that the vehicle turns too slowly: brisk, and calm with the thrusters' delay and lag.
-STICK_PER_RADPS = 0.04
-RATE_PER_RAD = 1.0
-
 
 @dataclass(frozen=True, slots=True)
 class Course:
@@ -46,8 +41,41 @@ def zigzag(centre_rad: float, swing_rad: float, leg_s: float) -> Course:
     return Course((centre_rad + swing_rad, centre_rad - swing_rad), leg_s)
 
 
+@dataclass(frozen=True, slots=True)
+class Steering:
+    """How a pilot steers by the yaw stick. The defaults suit a BlueROV2 Heavy: brisk, and calm with the thrusters'
+    delay and lag.
+
+    Attributes:
+        turn_rate_radps: at most.
+        rate_per_s: turn rate that is wanted for each radian off the heading.
+        stick_per_radps: yaw stick for each rad/s that it turns too slowly.
+
+    Raises:
+        ValueError: a number that is not above 0.
+    """
+
+    turn_rate_radps: float = 0.35
+    rate_per_s: float = 1.0
+    stick_per_radps: float = 0.04
+
+    def __post_init__(self) -> None:
+        for name in self.__slots__:
+            value = getattr(self, name)
+            if not (isfinite(value) and value > 0.0):
+                raise ValueError(f"{name} = {value!r}: want a number above 0")
+
+    def stick(self, heading_rad: float, motion: Motion) -> float:
+        """Where the yaw stick must be to come to a heading, and to keep it."""
+        off_rad = (heading_rad - motion.yaw_rad + pi) % (2.0 * pi) - pi
+        wanted_radps = max(-self.turn_rate_radps, min(self.turn_rate_radps, self.rate_per_s * off_rad))
+        stick = self.stick_per_radps * (wanted_radps - motion.yaw_rate_radps)
+        return max(-1.0, min(1.0, stick))
+
+
+BLUEROV2 = Steering()
+
+
 def steer(course: Course, time_s: float, sticks: Sticks, motion: Motion) -> Sticks:
     """The pilot's sticks with the yaw stick as it must be to come to, and to keep, the heading of the moment."""
-    off_rad = (course.heading_rad(time_s) - motion.yaw_rad + pi) % (2.0 * pi) - pi
-    wanted_radps = max(-TURN_RATE_RADPS, min(TURN_RATE_RADPS, RATE_PER_RAD * off_rad))
-    return replace(sticks, yaw=STICK_PER_RADPS * (wanted_radps - motion.yaw_rate_radps))
+    return replace(sticks, yaw=BLUEROV2.stick(course.heading_rad(time_s), motion))

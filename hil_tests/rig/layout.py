@@ -19,6 +19,7 @@ class Mount:
     Attributes:
         ahead, right, down: the part of its thrust that goes there when its command is positive, -1 to 1.
         yaw_arm_m: lever arm of that thrust about the vertical axis; positive turns clockwise, seen from above.
+        reversible: False: it only turns ahead.
 
     Raises:
         ValueError: a part is out of its range.
@@ -28,6 +29,7 @@ class Mount:
     right: float = 0.0
     down: float = 0.0
     yaw_arm_m: float = 0.0
+    reversible: bool = True
 
     def __post_init__(self) -> None:
         for name in ("ahead", "right", "down"):
@@ -75,7 +77,10 @@ class Layout:
         forward, right, down, yaw = demand.forward, demand.right, demand.down, demand.yaw
         raw = [row[0] * forward + row[1] * right + row[2] * down + row[3] * yaw for row in self.mixer]
         largest = max(1.0, *map(abs, raw))
-        return [command / largest for command in raw]
+        return [
+            command / largest if command > 0.0 or mount.reversible else 0.0
+            for command, mount in zip(raw, self.mounts, strict=True)
+        ]
 
     def forces(self, thrusts_n: Sequence[float]) -> Axes:
         """Force ahead, right, down in N and moment about the vertical axis in N m.

@@ -7,9 +7,9 @@ from dataclasses import astuple, replace
 from math import radians
 
 from hil_tests.rig.commander import Commander
-from hil_tests.rig.helm import Course
+from hil_tests.rig.helm import BLUEROV2, Course, Steering
 from hil_tests.rig.pilot import AXES, CRUISING, SURVEYING, WORKING, DrivingStyle, Pilot, Sticks
-from hil_tests.rig.steering import Depth, Hand, Held, SpeedAhead, heading
+from hil_tests.rig.steering import Depth, Hand, Held, SpeedAhead
 from hil_tests.rig.vehicle import Motion
 from hil_tests.scenario.document import Mission, Step
 
@@ -30,20 +30,20 @@ class MissionPilot:
     Args:
         mission: to be driven.
         seed: of what the hands play.
-        agility: how much less yaw stick a turn takes than on a BlueROV2.
+        helm: how the vehicle is steered.
     """
 
-    def __init__(self, mission: Mission, seed: int, agility: float = 1.0) -> None:
+    def __init__(self, mission: Mission, seed: int, helm: Steering = BLUEROV2) -> None:
         self._playing = Pilot(seed, STYLES[mission.style])
         self._top_m = mission.depth_m
         self._climbing = False
-        self._agility = agility
+        self._helm = helm
         self._hands: dict[str, Hand] = {}
         self._steps = deque(sorted(mission.steps, key=lambda step: step.at_s))
         self._sticks = Sticks()
         if mission.course is not None:
             course = Course(tuple(map(radians, mission.course.headings_deg)), mission.course.leg_s)
-            self._hands["yaw"] = heading(course.heading_rad, agility)
+            self._hands["yaw"] = lambda since_s, motion: helm.stick(course.heading_rad(since_s), motion)
 
     def sticks(self, since_s: float, motion: Motion, commander: Commander) -> Sticks:
         """Do what is due, and say where the sticks are then; `since_s` must not go back.
@@ -75,7 +75,7 @@ class MissionPilot:
             self._move(step)
         if step.heading_deg is not None:
             wanted_rad = radians(step.heading_deg)
-            self._hands["yaw"] = heading(lambda _: wanted_rad, self._agility)
+            self._hands["yaw"] = lambda _, motion: self._helm.stick(wanted_rad, motion)
         if step.depth_m is not None:
             self._hands["down"] = Depth(step.depth_m, self._sticks.down)
         if step.speed_mps is not None:

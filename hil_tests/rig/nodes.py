@@ -7,6 +7,7 @@ from typing import Protocol
 
 from drivers.can.frame import CanFrame
 from hil_tests.rig.bus_clock import Unsent
+from hil_tests.rig.dbc_nodes import Database, DbcCommander, DbcEscs
 from hil_tests.rig.dronecan_nodes import DroneCanCommander, DroneCanEscs
 from hil_tests.rig.esc_messages import EscReport
 from hil_tests.rig.profile import Profile
@@ -45,9 +46,16 @@ class EscNodes(Protocol):
 
 
 def nodes_of(profile: Profile) -> tuple[AutopilotNode, EscNodes]:
-    """Of a vehicle's bus."""
-    types = profile.build().each_thruster
+    """Of a vehicle's bus.
+
+    Raises:
+        ValueError: its database lacks a signal.
+    """
+    if profile.database is not None:
+        database = Database(profile.database, profile.bus.checksum)
+        return DbcCommander(database, profile.thrusters), DbcEscs(database, profile.thrusters)
     places = range(len(profile.thrusters))
     indexes, node_ids = ([of(place) for place in places] for of in (profile.esc_index, profile.node_id))
-    escs = DroneCanEscs(indexes, node_ids, [one.rated_power_w for one in types])
+    rated_power_w = [one.rated_power_w for one in profile.build().each_thruster]
+    escs = DroneCanEscs(indexes, node_ids, rated_power_w)
     return DroneCanCommander(indexes, profile.bus.autopilot_node), escs

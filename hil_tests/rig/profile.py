@@ -6,101 +6,21 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 import tomli_w
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field, ValidationInfo, field_validator
 
-from hil_tests.rig.acoustic import AcousticErrors
-from hil_tests.rig.dronecan_nodes import AUTOPILOT_NODE, FIRST_ESC_NODE
-from hil_tests.rig.dvl import DvlErrors
-from hil_tests.rig.geodesy import ORIGIN_LATITUDE_DEG, ORIGIN_LONGITUDE_DEG
-from hil_tests.rig.inertial import ImuErrors
-from hil_tests.rig.layout import Layout, Mount
-from hil_tests.rig.navigation import NavigationErrors
-from hil_tests.rig.pressure import PressureErrors
+from hil_tests.rig.dronecan_nodes import FIRST_ESC_NODE
+from hil_tests.rig.helm import BLUEROV2, Steering
+from hil_tests.rig.layout import Layout
+from hil_tests.rig.profile_sections import BUS, Bus, Section, Sensors, Thruster
 from hil_tests.rig.thruster import T200, ThrusterParameters
 from hil_tests.rig.tilt import LIGHT, TiltParameters
 from hil_tests.rig.vehicle import BatteryParameters, Build, HullParameters
 
-BUS = "can0"  # what the gateway calls it
-
-Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
-
-
-class Section(BaseModel):
-    """A part of a profile: no keys but its own, no changes once it is read."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class Bus(Section):
-    """The CAN bus between autopilot and ESCs.
-
-    Attributes:
-        protocol: what its frames mean.
-        bitrate: in bit/s.
-        command_hz, report_hz: how often the autopilot commands all ESCs, and how often each of them reports.
-        database: of protocol "dbc", relative to the profile's file.
-        autopilot_node: its DroneCAN node id.
-    """
-
-    protocol: Literal["dronecan", "dbc"] = "dronecan"
-    bitrate: int = Field(default=1_000_000, ge=10_000, le=1_000_000)
-    command_hz: Positive = 20.0
-    report_hz: Positive = 20.0
-    database: Path | None = None
-    autopilot_node: int = Field(default=AUTOPILOT_NODE, ge=1, le=127)
-
-
-class Thruster(Section):
-    """One thruster, in the order of their numbers from 1.
-
-    Attributes:
-        name: in words.
-        type: one of the profile's `thruster_types`.
-        ahead, right, down: the part of its thrust that goes there when its command is positive.
-        yaw_arm_m: lever arm of its thrust about the vertical axis; positive turns clockwise, seen from above.
-        reverse: commands and speeds on the bus have the other sign.
-        esc_index, node: of a DroneCAN ESC.
-        command, speed: signals of a DBC database, "Message.signal"; their messages may have a counter and a checksum.
-        voltage, current: the same, where they are told.
-        full_scale: value of `command` that is full ahead; full astern is its negative.
-    """
-
-    name: str
-    type: str = "t200"
-    ahead: float = Field(default=0.0, ge=-1.0, le=1.0)
-    right: float = Field(default=0.0, ge=-1.0, le=1.0)
-    down: float = Field(default=0.0, ge=-1.0, le=1.0)
-    yaw_arm_m: float = 0.0
-    reverse: bool = False
-    esc_index: int | None = Field(default=None, ge=0, le=19)
-    node: int | None = Field(default=None, ge=1, le=127)
-    command: str | None = None
-    speed: str | None = None
-    voltage: str | None = None
-    current: str | None = None
-    full_scale: Positive = 1.0
-
-    @property
-    def mount(self) -> Mount:
-        """How it is built in."""
-        return Mount(ahead=self.ahead, right=self.right, down=self.down, yaw_arm_m=self.yaw_arm_m)
-
-
-class Sensors(Section):
-    """Which there are, and how far off they are; None: there is none.
-
-    Attributes:
-        navigation: how wrong the autopilot is about its position and attitude.
-    """
-
-    navigation: NavigationErrors = NavigationErrors()
-    imu: ImuErrors | None = None
-    dvl: DvlErrors | None = None
-    pressure: PressureErrors | None = None
-    acoustic: AcousticErrors | None = None
+KNOWN_TYPES = {"t200": T200}
+FEWEST_STEPS = 2  # from report to report: ESCs take turns
 
 
 class Profile(Section):
@@ -111,11 +31,11 @@ class Profile(Section):
         about: what it is, and where its numbers are from.
         autopilot: whose modes and messages it has.
         step_s: of the simulation; times between commands and reports are whole numbers of it.
-        agility: how much less yaw stick a turn takes than on a BlueROV2 Heavy.
         bus: between autopilot and ESCs.
         thruster_types: by names of their own; "t200" is there already.
         thrusters: in the order of their numbers.
         hull, tilt, battery: see `hil_tests.rig`.
+        helm: how it is steered.
         sensors: which there are.
         gateway: tables of the gateway's configuration that go with this vehicle: [speed], [detector.speed]...
         folder: that the file lies in.
@@ -125,20 +45,52 @@ class Profile(Section):
     about: str = ""
     autopilot: Literal["ardusub", "px4"] = "ardusub"
     step_s: float = Field(default=0.01, ge=0.005, le=0.05)
-    agility: Positive = 1.0
     bus: Bus = Bus()
     thruster_types: dict[str, ThrusterParameters] = Field(default_factory=dict)
-    thrusters: tuple[Thruster, ...] = Field(min_length=1)
+    thrusters: tuple[Thruster, ...] = Field(min_length=1, max_length=20)
     hull: HullParameters = HullParameters()
     tilt: TiltParameters = LIGHT
     battery: BatteryParameters = BatteryParameters()
+    helm: Steering = BLUEROV2
     sensors: Sensors = Sensors()
     gateway: dict[str, Any] = Field(default_factory=dict)
-    folder: Path = Path()
+    folder: Path = Field(default=Path(), exclude=True)
+
+    @field_validator("bus")
+    @classmethod
+    def _in_steps(cls, bus: Bus, info: ValidationInfo) -> Bus:
+        step_s = info.data.get("step_s", 0.01)
+        for name in ("command_hz", "report_hz"):
+            steps = 1.0 / (getattr(bus, name) * step_s)
+            if abs(steps - round(steps)) > 1e-6 or round(steps) < FEWEST_STEPS:
+                most_hz = 1.0 / (FEWEST_STEPS * step_s)
+                raise ValueError(f"{name} = {getattr(bus, name):g}: want {most_hz:g} divided by 1, 1.5, 2, 2.5, 3...")
+        if (bus.database is None) == (bus.protocol == "dbc"):
+            raise ValueError('want a database with protocol "dbc", and only with it')
+        return bus
+
+    @field_validator("thrusters")
+    @classmethod
+    def _known(cls, thrusters: tuple[Thruster, ...], info: ValidationInfo) -> tuple[Thruster, ...]:
+        types = [*KNOWN_TYPES, *info.data.get("thruster_types", ())]
+        by_signals = info.data.get("bus", Bus()).protocol == "dbc"
+        for number, one in enumerate(thrusters, start=1):
+            if one.type not in types:
+                raise ValueError(f"thruster {number}: type = {one.type!r}: want one of {', '.join(types)}")
+            if by_signals and (one.command is None or one.speed is None):
+                raise ValueError(f'thruster {number}: want signals for command and speed with protocol "dbc"')
+            if not by_signals and (one.command or one.speed):
+                raise ValueError(f'thruster {number}: has signals: want protocol "dbc" of the bus')
+        return thrusters
+
+    @property
+    def database(self) -> Path | None:
+        """Of the bus, wherever this process runs."""
+        return self.bus.database and (self.folder / self.bus.database).resolve()
 
     def build(self) -> Build:
         """For the rig."""
-        types = {"t200": T200} | self.thruster_types
+        types = KNOWN_TYPES | self.thruster_types
         return Build(
             layout=Layout(tuple(thruster.mount for thruster in self.thrusters)),
             thrusters=tuple(types[thruster.type] for thruster in self.thrusters),
@@ -147,82 +99,50 @@ class Profile(Section):
             battery=self.battery,
         )
 
-    @property
-    def database(self) -> Path | None:
-        """Of the bus, wherever this process runs."""
-        return self.bus.database and (self.folder / self.bus.database).resolve()
-
     def steps(self, rate_hz: float) -> int:
         """Steps of the simulation from one to the next of something that happens so often."""
         return round(1.0 / (rate_hz * self.step_s))
 
     def esc_index(self, place: int) -> int:
-        """DroneCAN index of the ESC at a place from 0; the place itself where the profile says nothing."""
+        """DroneCAN index of the ESC at a place from 0."""
         index = self.thrusters[place].esc_index
         return place if index is None else index
 
     def node_id(self, place: int) -> int:
-        """DroneCAN node of the ESC at a place from 0; those that have none of their own count on from 11."""
+        """DroneCAN node of the ESC at a place from 0."""
         node = self.thrusters[place].node
         return FIRST_ESC_NODE + place if node is None else node
 
     def gateway_toml(
         self,
-        folder: Path,
+        folder: Path | None = None,
         *,
-        interface: str,
-        channel: str,
-        endpoint: str,
+        interface: str = "socketcan",
+        channel: str = BUS,
+        endpoint: str = "udpin:127.0.0.1:14660",
         settings: Mapping[str, Any] = MappingProxyType({}),
     ) -> str:
         """The gateway's configuration that goes with this vehicle, as the text of its file.
 
         Args:
-            folder: that the file is to lie in.
+            folder: that the file is to lie in; None: the profile's own.
             interface, channel: of the CAN bus, as python-can calls them.
             endpoint: of the MAVLink link.
             settings: tables of the gateway's own, laid over it.
         """
-        return tomli_w.dumps(laid_over(self._tables(folder, interface, channel, endpoint), settings))
-
-    def _tables(self, folder: Path, interface: str, channel: str, endpoint: str) -> dict[str, Any]:
         bus: dict[str, Any] = {"name": BUS, "interface": interface, "channel": channel, "protocol": self.bus.protocol}
         if self.database is not None:
-            bus["database"] = os.path.relpath(self.database, folder.resolve())
-        tables: dict[str, Any] = {"vehicle": {"name": self.name}, "can": [bus], "mavlink": {"endpoint": endpoint}}
-        tables["thruster"] = [self._thruster_table(place) for place in range(len(self.thrusters))]
-        if self.sensors.dvl is not None:
-            tables["navigation"] = self._navigation_table(self.sensors.dvl)
-        files = {"findings": "findings.jsonl", "state": "vehicle.state", "control": "gateway.sock"}
-        return laid_over(tables | {"files": files}, self.gateway)
+            bus["database"] = os.path.relpath(self.database, (folder or self.folder).resolve())
+        tables = {"vehicle": {"name": self.name}, "can": [bus], "mavlink": {"endpoint": endpoint}}
+        tables |= self.sensors.tables() | {"thruster": self._thruster_tables()}
+        return tomli_w.dumps(laid_over(laid_over(tables, self.gateway), settings))
 
-    def _thruster_table(self, place: int) -> dict[str, Any]:
-        one = self.thrusters[place]
-        called = {"number": place + 1, "name": one.name}
-        directions = {name: getattr(one, name) for name in ("ahead", "right", "down") if getattr(one, name)}
-        shared = {"link": BUS} | ({"reverse": True} if one.reverse else {})
-        if self.bus.protocol == "dronecan":
-            index = {"esc_index": self.esc_index(place)}
-            return {
-                "number": place + 1,
-                "name": one.name,
-                "command": shared | index,
-                "rpm": shared | index,
-            } | directions
-        scale = {"minimum": -one.full_scale, "neutral": 0.0, "maximum": one.full_scale}
-        told = {"voltage": one.voltage, "current": one.current}
-        command = shared | {"signal": one.command} | scale
-        rpm = shared | {"signal": one.speed} | {name: signal for name, signal in told.items() if signal}
-        return called | {"command": command, "rpm": rpm} | directions
-
-    def _navigation_table(self, log: DvlErrors) -> dict[str, Any]:
-        """Where it is, roughly, and how the DVL is built in; the rest is found out."""
-        return {
-            "latitude_deg": ORIGIN_LATITUDE_DEG,
-            "longitude_deg": ORIGIN_LONGITUDE_DEG,
-            "dvl_lever_arm_m": list(log.lever_arm_m),
-            "dvl_delay_s": log.delay_s,
-        }
+    def _thruster_tables(self) -> list[dict[str, Any]]:
+        by_index = self.bus.protocol == "dronecan"
+        return [
+            one.table(place + 1, {"esc_index": self.esc_index(place)} if by_index else {})
+            for place, one in enumerate(self.thrusters)
+        ]
 
 
 def laid_over(tables: Mapping[str, Any], settings: Mapping[str, Any]) -> dict[str, Any]:
@@ -230,7 +150,6 @@ def laid_over(tables: Mapping[str, Any], settings: Mapping[str, Any]) -> dict[st
     merged = dict(tables)
     for key, value in settings.items():
         below = merged.get(key)
-        if isinstance(below, Mapping) and isinstance(value, Mapping):
-            value = laid_over(below, value)
-        merged[key] = value
+        both = isinstance(below, Mapping) and isinstance(value, Mapping)
+        merged[key] = laid_over(below or {}, value) if both else value
     return merged

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import pi
 
-from hil_tests.rig.helm import RATE_PER_RAD, STICK_PER_RADPS, TURN_RATE_RADPS
 from hil_tests.rig.vehicle import Motion
 
 Hand = Callable[[float, Motion], float]
@@ -32,22 +30,6 @@ class Held:
         if passed_s >= self._over_s:
             return self._leads_to
         return self._begins_at + (self._leads_to - self._begins_at) * passed_s / self._over_s
-
-
-def heading(wanted_rad: Callable[[float], float], agility: float = 1.0) -> Hand:
-    """The yaw stick that comes to, and keeps, a heading.
-
-    Args:
-        wanted_rad: by the time since the start.
-        agility: how much less stick it takes than on a BlueROV2.
-    """
-
-    def hand(since_s: float, motion: Motion) -> float:
-        off_rad = (wanted_rad(since_s) - motion.yaw_rad + pi) % (2.0 * pi) - pi
-        wanted_radps = _within(TURN_RATE_RADPS, RATE_PER_RAD * off_rad)
-        return _within(1.0, STICK_PER_RADPS / agility * (wanted_radps - motion.yaw_rate_radps))
-
-    return hand
 
 
 class Depth:

@@ -76,7 +76,7 @@ class World:
             at_first,
         )
         self._mixer = self.vehicle.layout
-        self._pilot = MissionPilot(mission, seed, profile.agility)
+        self._pilot = MissionPilot(mission, seed, profile.helm)
         self._sensing = _Sensing(profile, seed, at_first)
         self._commander = _commander(profile, mission)
         self._has_autopilot = autopilot
