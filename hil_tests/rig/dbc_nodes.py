@@ -11,6 +11,7 @@ from functools import reduce
 from math import inf
 from operator import xor
 from pathlib import Path
+from typing import cast
 
 import cantools
 from cantools.database.can import Message
@@ -50,9 +51,7 @@ class DbcMessage:
         self._counts = 2 ** signals[COUNTER].length if COUNTER in signals else 0
         self._byte = signals[CHECKSUM].start // 8 if CHECKSUM in signals else None
         if self._byte is not None and (signals[CHECKSUM].length, signals[CHECKSUM].start % 8) != (8, 0):
-            raise ValueError(
-                f"{message.name}.{CHECKSUM}: want a whole byte, 8 bits from bit 0 of it on, little endian"
-            )
+            raise ValueError(f"{message.name}.{CHECKSUM}: want a byte of its own, little endian")
         self._count = 0
 
     @property
@@ -81,8 +80,8 @@ class DbcMessage:
             return None
         if self._byte is not None and frame.data[self._byte] != self._sealed(frame.data):
             return None
-        decoded = self._message.decode(frame.data, decode_choices=False)
-        return float(decoded[signal])  # type: ignore[arg-type, index]  # a plain message has numbers only
+        decoded = self._message.decode(frame.data, decode_choices=False, decode_containers=False)
+        return float(cast("dict[str, float]", decoded)[signal])
 
     def _sealed(self, data: bytes | bytearray) -> int:
         rest = bytes(byte for place, byte in enumerate(data) if place != self._byte)
@@ -108,7 +107,10 @@ class Database:
 
     def __init__(self, path: Path, checksum: str) -> None:
         self._path, self._checksum = path, checksum
-        self._database = cantools.database.load_file(path)
+        database = cantools.database.load_file(path)
+        if not isinstance(database, cantools.database.Database):
+            raise ValueError(f"{path}: want a database of CAN messages")
+        self._database = database
 
     def message(self, signals: Iterable[str]) -> DbcMessage:
         """The one that has these signals, "Message.signal" each."""
@@ -117,7 +119,7 @@ class Database:
             raise ValueError(f"{', '.join(sorted(signals))}: want signals of one message")
         [name] = names
         try:
-            message = self._database.get_message_by_name(name)  # type: ignore[union-attr]  # of a CAN database
+            message = self._database.get_message_by_name(name)
         except KeyError as error:
             raise ValueError(f"{name}: {self._path.name} has no such message") from error
         missing = {one.partition(".")[2] for one in signals} - {signal.name for signal in message.signals}
@@ -155,7 +157,7 @@ class DbcCommander:
 
 
 class DbcEscs:
-    """ESCs: each obeys the newest command of its own, and reports speed, voltage and current as far as it has signals.
+    """ESCs: each obeys the newest command of its own, and reports what it has signals for.
 
     Args:
         database: of the bus.
