@@ -69,6 +69,9 @@ class DroneCanDecoder:
         thrusters: what is wired to the bus.
         speed_limit_rpm: a faster report is implausible.
 
+    Attributes:
+        thrusters: as given.
+
     Raises:
         ValueError: two thrusters with one number or one esc_index, or a limit that is not positive.
     """
@@ -78,6 +81,7 @@ class DroneCanDecoder:
             raise ValueError(f"speed_limit_rpm must be positive, got {speed_limit_rpm}")
         refuse_twins(thruster=[one.thruster for one in thrusters], esc_index=[one.esc_index for one in thrusters])
         self.drops: Counter[str] = Counter()
+        self.thrusters = tuple(thrusters)
         self._thrusters = {one.esc_index: one for one in thrusters}
         self._nodes = NodeWatch()
         self._rates = FrameRates()

@@ -44,9 +44,13 @@ class MessageDecoder:
     Args:
         plans: one for each message that is read.
         drops: where the plans count what is thrown away.
+
+    Attributes:
+        plans, drops: as given.
     """
 
     def __init__(self, plans: Sequence[Plan], drops: Counter[str]) -> None:
+        self.plans = tuple(plans)
         self.drops = drops
         self._plans = {_key(plan.message): plan for plan in plans}
         self._standard = {one.message.identifier: one.decode for one in plans if not one.message.extended}

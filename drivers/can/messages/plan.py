@@ -55,6 +55,8 @@ class MessagePlan:
         drops: where is counted what is thrown away.
 
     Attributes:
+        message: its frame.
+        commands, reports: what is read, by thruster.
         decode: function from a frame of this message to its readings.
 
     Raises:
@@ -69,13 +71,15 @@ class MessagePlan:
         drops: Counter[str],
     ) -> None:
         self.message = message
+        self.commands = tuple(sorted(commands, key=lambda one: one.thruster))
+        self.reports = tuple(sorted(reports, key=lambda one: one.thruster))
         self._length = message.length
         self._drops = drops
         fields = [field for command in commands for field in command.signal.fields()]
         layout = FieldLayout(fields + [field for report in reports for field in report.fields()], message.length)
         self._unpack, self._columns = layout.unpack, layout.columns
-        self._commands = [CommandReader(one, layout, drops) for one in sorted(commands, key=lambda one: one.thruster)]
-        self._reports = [ReportReader(one, layout, drops) for one in sorted(reports, key=lambda one: one.thruster)]
+        self._commands = [CommandReader(one, layout, drops) for one in self.commands]
+        self._reports = [ReportReader(one, layout, drops) for one in self.reports]
         self.decode = self._compiled()
 
     def _compiled(self) -> Callable[[CanFrame], Sequence[Reading]]:
