@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from difflib import get_close_matches
 from functools import partial
 from pathlib import Path
@@ -85,6 +85,8 @@ def problem_in(item: Any, model: type[BaseModel], full_path: str) -> Problem:
     owner, key = _owner(model, item["loc"])
     if item["type"] == "extra_forbidden":
         return unknown_key(full_path, item["input"], owner.model_fields)
+    if item["type"] == "unexpected_keyword_argument":  # of a dataclass in the model
+        return unknown_key(full_path, item["input"], _names(owner, item["loc"]))
     field = owner.model_fields.get(key)
     description = f" ({field.description})" if field is not None and field.description else ""
     if item["type"] == "missing":
@@ -107,6 +109,20 @@ def _owner(model: type[BaseModel], location: Sequence[str | int]) -> tuple[type[
             break
         model = inner
     return model, str(location[-1]) if location else ""
+
+
+def _names(owner: type[BaseModel], location: Sequence[str | int]) -> list[str]:
+    """The fields of the dataclass that is a field of `owner` and that the last key of `location` should be one of."""
+    field = next(field for key, field in owner.model_fields.items() if key in location)
+    kind = _dataclass(field.annotation)
+    return [] if kind is None else [one.name for one in fields(kind)]
+
+
+def _dataclass(annotation: object) -> type[Any] | None:
+    """The one in an annotation, as `_table`."""
+    if isinstance(annotation, type) and is_dataclass(annotation):
+        return annotation
+    return next(filter(None, map(_dataclass, get_args(annotation))), None)
 
 
 def _table(annotation: object) -> type[BaseModel] | None:
