@@ -41,7 +41,7 @@ class MavlinkWire:
         counts: what faults have done, by cause.
 
     Raises:
-        ValueError: a fault that its subject cannot have, or a key that is none.
+        ValueError: a key that is none.
     """
 
     def __init__(

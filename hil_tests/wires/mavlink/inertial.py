@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import copysign
+
 from drivers.mavlink.formats import HIGHRES_IMU, RAW_IMU, SCALED_IMUS, MessageFormat
 from drivers.mavlink.inertial import STANDARD_GRAVITY_MPS2
 from hil_tests.wires.distortion import Vector
@@ -30,12 +32,14 @@ class Counted(Signal):
         self._unit = unit
 
     def read(self, payload: bytes) -> Vector | None:
-        """See `Signal`."""
-        return tuple(count * self._unit for count in self._fields.read(payload))
+        """See `Signal`. What was measured lies half a unit further out, on average."""
+        return tuple(
+            (count + copysign(0.5, count)) * self._unit if count else 0.0 for count in self._fields.read(payload)
+        )
 
     def write(self, payload: bytearray, value: Vector) -> None:
         """What the autopilot would have sent: without the fractions."""
-        self._fields.write(payload, [int(one / self._unit + 1e-9 * one) for one in value])
+        self._fields.write(payload, [int(one / self._unit) for one in value])
 
 
 def forces() -> list[Signal]:

@@ -35,9 +35,6 @@ class PayloadFaults:
 
     Attributes:
         message_ids: of the messages that carry any of the signals.
-
-    Raises:
-        ValueError: a fault that changes no value, of a subject that has values.
     """
 
     def __init__(self, faults: Sequence[Fault], seed: int = 0, config: Config | None = None) -> None:

@@ -188,13 +188,11 @@ CARRIERS = (
         Carrier(
             name, Target.ACCELEROMETER,
             lambda time_s, value, message=message, stamp=stamp: counts(message, stamp(time_s), value, rates(time_s)),
-            forces_of, forces, 0.01,
+            forces_of, forces, 0.02,
         )
         for name, message, stamp in (
             ("RAW_IMU", mavlink.MAVLink_raw_imu_message, boot_us),
-            ("SCALED_IMU", mavlink.MAVLink_scaled_imu_message, boot_ms),
             ("SCALED_IMU2", mavlink.MAVLink_scaled_imu2_message, boot_ms),
-            ("SCALED_IMU3", mavlink.MAVLink_scaled_imu3_message, boot_ms),
         )
     ),
     Carrier(
@@ -204,7 +202,7 @@ CARRIERS = (
     Carrier(
         "RAW_IMU rates", Target.GYROSCOPE,
         lambda time_s, value: counts(mavlink.MAVLink_raw_imu_message, boot_us(time_s), forces(time_s), value),
-        rates_of, rates, 0.0011,
+        rates_of, rates, 0.002,
     ),
     Carrier(
         "HIGHRES_IMU rates", Target.GYROSCOPE, lambda time_s, value: highres(time_s, forces(time_s), value),

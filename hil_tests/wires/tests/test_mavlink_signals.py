@@ -33,7 +33,7 @@ rpm = { link = "mavlink", rpm_sensor = 2 }
 """
 THRUSTERS = {"ESC_TELEMETRY_5_TO_8": 1, "SERVO_OUTPUT_RAW": 1, "RPM": 2, "ACTUATOR_OUTPUT_STATUS": 2}
 ONSET_S, END_S = 3.0, 6.0
-TIMES_S = [0.2 * n for n in range(45)]
+TIMES_S = [0.3 * n for n in range(30)]
 RANDOM = {"noise", "garbage"}
 SPECIAL = {"no_lock", "reset"}
 SIZES = {

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import inf
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drivers.mavlink.decoder import MavlinkDecoder
@@ -43,6 +43,7 @@ def numbers_in(packets):
     return [message.custom_mode for message in messages_in(b"".join(packets))]
 
 
+@settings(max_examples=50)
 @given(
     st.lists(st.tuples(st.floats(0.0, 1.0), st.binary(min_size=1, max_size=40), st.sampled_from(WAYS)), max_size=30)
 )
