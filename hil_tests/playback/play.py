@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from drivers.clock import Clock
 from gateway.config import Config
@@ -23,13 +25,14 @@ from hil_tests.playback.gateway_under_test import (
     gateway_process,
 )
 from hil_tests.playback.memory import MemoryBus, MemoryLink
-from hil_tests.playback.outcome import Outcome
+from hil_tests.playback.outcome import Outcome, Series
 from hil_tests.playback.recorder import Recorder
 from hil_tests.playback.session import STEP_S, Parts, Session
 from hil_tests.playback.settings import CONFIG, FINDINGS, HOST, Meeting, in_memory, write_config
 from hil_tests.playback.sockets import SocketCanBus, UdpLink, free_port
 from hil_tests.playback.virtual_time import run_in_virtual_time
 from hil_tests.profiles.loading import load_profile
+from hil_tests.rig.notes import ReceivedValue
 from hil_tests.rig.world import World
 from hil_tests.scenario.document import Scenario
 from hil_tests.scenario.loading import load_scenario
@@ -233,10 +236,14 @@ class _Play:
             texts=world.notes.texts,
             commands=world.notes.commands,
             modes=world.modes,
-            scores=world.notes.scores(),
+            scores={name: _series(values) for name, values in world.notes.values.items()},
             truth=world.truth(),
             wire_counts={BUS: dict(self._can_wire.counts), LINK: dict(self._mavlink_wire.counts)},
         )
+
+
+def _series(values: Sequence[ReceivedValue]) -> Series:
+    return Series(np.array([one.time_s for one in values]), np.array([one.value for one in values]))
 
 
 def _findings(path: Path) -> list[Finding]:
