@@ -26,7 +26,7 @@ ORIGIN_MS = 86_400_000
 SCORE_SHOWN_MAX = 3.0
 
 LEVELS = {Level.UNKNOWN: "#8d99a6", Level.NORMAL: "#2f9e5b", Level.SUSPECT: "#e09f00", Level.FAULT: "#d62839"}
-MEASURED, HEALTHY, COMMAND, SCORE, OTHER = "#2478d4", "#e07b00", "#7a5bd0", "#c2337f", "#1a9aa0"
+MEASURED, HEALTHY, COMMAND, SCORE, OTHER = "#2a84e0", "#e88a12", "#8a66e0", "#d0428e", "#1a9aa0"
 FAULT_FILL, FAULT_LINE = "rgba(214,40,57,0.10)", "rgba(214,40,57,0.75)"
 
 Json = dict[str, Any]

@@ -7,6 +7,7 @@ from base64 import b64encode
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import cache
 from gzip import compress
 from math import isfinite
 from pathlib import Path
@@ -100,7 +101,7 @@ def report_html(outcomes: Sequence[Outcome], written: datetime) -> str:
         played_s=sum(outcome.end_s - outcome.start_s for outcome in outcomes),
         wall_s=sum(outcome.wall_s for outcome in outcomes),
         written=written.astimezone(UTC).strftime("%Y-%m-%d %H:%M UTC"),
-        plotly=packed(get_plotlyjs()),
+        plotly=_library(),
         clock=clock,
         lasting=lasting,
         counted=counted,
@@ -110,6 +111,11 @@ def report_html(outcomes: Sequence[Outcome], written: datetime) -> str:
 def packed(text: str) -> str:
     """The text as the page's script unpacks it: gzip in base64; the same text gives the same letters."""
     return b64encode(compress(text.encode(), PACKING, mtime=0)).decode()
+
+
+@cache
+def _library() -> str:
+    return packed(get_plotlyjs())
 
 
 def _section(outcome: Outcome) -> Section:

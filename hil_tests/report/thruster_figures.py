@@ -51,8 +51,9 @@ def _struck(outcome: Outcome) -> set[int]:
 
 
 def _figure(outcome: Outcome, number: int, main: bool) -> Figure:
-    lines = [line for line in (_speeds(outcome, number), _command(outcome, number), _scores(outcome, number)) if line]
-    titles = ["rpm" if row[0]["name"] == "speed" else row[0]["name"] for row in lines]
+    drawn = {"rpm": _speeds(outcome, number), "command": _command(outcome, number), "score": _scores(outcome, number)}
+    titles = [title for title, row in drawn.items() if row]
+    lines = [drawn[title] for title in titles]
     data = [trace | _on_row(index) for index, row in enumerate(lines) for trace in row]
     scored = titles.index("score") + 1 if "score" in titles else 0
     length_s = outcome.end_s - outcome.start_s
@@ -80,8 +81,8 @@ def _speeds(outcome: Outcome, number: int) -> list[Json]:
         return []
     since_s = truth.time_s - outcome.start_s
     return [
+        line("healthy", since_s, truth.healthy_rpm[:, number - 1], HEALTHY, width=3.0),
         line("speed", since_s, truth.speed_rpm[:, number - 1], MEASURED),
-        line("healthy", since_s, truth.healthy_rpm[:, number - 1], HEALTHY, dash="dot"),
     ]
 
 

@@ -139,7 +139,7 @@ def _levels(outcome: Outcome, found: Sequence[Finding]) -> list[Bar]:
 
 def _modes(outcome: Outcome) -> Json:
     bars = [Bar(one.from_s, one.to_s, one.words, one.words, OTHER) for one in stretches(outcome)]
-    return _bars(bars) | {"marker": {"color": OTHER, "line": {"width": 2, "color": "rgba(255,255,255,0.8)"}}}
+    return _bars(bars) | {"marker": {"color": OTHER, "line": {"width": 1.5, "color": "rgba(255,255,255,0.6)"}}}
 
 
 def _checked(checks: Sequence[Check], *, passed: bool) -> Json:

@@ -1,0 +1,217 @@
+"""The page of a run: it needs nothing else, tells everything without a script, and its plots are sound."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+from base64 import b64decode
+from collections.abc import Sequence
+from dataclasses import replace
+from datetime import UTC, datetime
+from gzip import decompress
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+import pytest
+
+from hil_tests.playback.outcome import Outcome
+from hil_tests.report.expectations import checks
+from hil_tests.report.figures import figures
+from hil_tests.report.html import packed, report_html, write_report
+from hil_tests.report.tests.dive import FOUND_S, dive
+from hil_tests.report.tests.plays import finding, play
+
+WRITTEN = datetime(2026, 11, 22, 15, 4, 5, tzinfo=UTC)
+WANTED = {"finding": {"subject": "thruster 3", "level": "FAULT"}, "within_s": 2.0}
+BROWSER = shutil.which("chromium") or shutil.which("google-chrome") or shutil.which("chromium-browser")
+LOADS = {"src", "srcset", "href", "action", "formaction", "poster", "data", "background", "ping", "manifest"}
+
+
+class Page(HTMLParser):
+    """What of a page matters here."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.ids: list[str] = []
+        self.texts: list[str] = []
+        self._inside: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: Sequence[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+        self._inside.append(tag)
+        self.ids += [value for name, value in attrs if name == "id" and value]
+
+    def handle_endtag(self, tag: str) -> None:
+        while self._inside and self._inside.pop() != tag:
+            pass
+
+    def handle_data(self, data: str) -> None:
+        if not {"script", "style"} & set(self._inside):
+            self.texts.append(data)
+
+    @property
+    def words(self) -> str:
+        return " ".join(" ".join(self.texts).split())
+
+    def drawings(self) -> list[list[dict[str, Any]]]:
+        found = (attributes.get("data-drawings") for _, attributes in self.tags)
+        return [json.loads(decompress(b64decode(one))) for one in found if one]
+
+
+def page(*outcomes: Outcome) -> Page:
+    return Page(report_html(outcomes, WRITTEN))
+
+
+def titles(outcome: Outcome) -> list[str]:
+    return [one.title for one in figures(outcome, checks(outcome))]
+
+
+def test_it_needs_no_network() -> None:
+    seen = page(dive(), dive(simulated=False))
+    assert "link" not in {tag for tag, _ in seen.tags}
+    for tag, attributes in seen.tags:
+        assert not LOADS & set(attributes), f"{tag} {attributes}"
+        assert not any("://" in (value or "") for value in attributes.values()), f"{tag} {attributes}"
+    style = (Path(__file__).parents[1] / "report_style.html").read_text()
+    assert "url(" not in style
+    assert "@import" not in style
+    policies = [one["content"] for tag, one in seen.tags if one.get("http-equiv") == "Content-Security-Policy"]
+    assert policies
+    assert "default-src 'none'" in (policies[0] or "")
+
+
+def test_without_a_script_everything_is_told() -> None:
+    outcome = dive(folder=Path("out/hil/weeds"))
+    words = page(outcome, play(expect=(WANTED,))).words
+    told = [one.text for one in outcome.findings] + [one.text for one in outcome.texts]
+    told += [part for one in checks(outcome) for part in (one.expected, one.seen)]
+    told += ["1 of 2 scenarios passed", "thruster 3 entangled", "share 0.3", "frames 24000", "nothing was changed"]
+    told += ["hold (DO_SET_MODE 2), answered ACCEPTED", "ALT_HOLD", "received: can0 24000", "out/hil/weeds", "2.3 s"]
+    told += ["gateway hil play scenarios/weeds.yaml", "never: nothing of thruster 3 was found", "seed 0", "40×"]
+    for one in told:
+        assert " ".join(one.split()) in words, one
+
+
+def test_what_failed_comes_first() -> None:
+    words = page(dive(), play(expect=(WANTED,)), dive()).words
+    assert words.startswith("2 of 3 scenarios passed 2 of 3 scenarios passed")
+    assert words.count("✗") == 1
+    assert words.index("FAILED weeds") < words.index("passed weeds")
+
+
+def test_ids_are_of_one_thing_each() -> None:
+    ids = page(dive(), dive(), dive()).ids
+    assert len(ids) == len(set(ids))
+
+
+def test_names_are_no_markup() -> None:
+    bad = "<script>alert(1)</script><img src=x>"
+    outcome = play(
+        expect=({"statustext": "<b>"},), findings=[finding(1.0, text=bad)], broken=bad, gateway_lines=[bad]
+    )
+    named = replace(outcome, scenario=outcome.scenario.model_copy(update={"name": bad, "about": bad}))
+    seen = page(named)
+    assert "img" not in {tag for tag, _ in seen.tags}
+    assert sum(tag == "script" for tag, _ in seen.tags) == sum(tag == "script" for tag, _ in page(outcome).tags) == 2
+    assert seen.words.count(bad) >= 5
+
+
+def test_plots_are_as_plotly_has_them() -> None:
+    for outcome in (dive(), dive(simulated=False), play()):
+        for one in page(outcome).drawings()[0]:
+            go.Figure(one)  # refuses what it does not know
+
+
+def test_there_are_only_plots_of_what_is_known() -> None:
+    everything = titles(dive())
+    assert everything[:2] == ["Time line", "Thruster 3"]
+    assert {"Speed", "Track, from above", "Depth and supply", "Navigation: scores", "Thruster 8"} <= set(everything)
+    recorded = titles(dive(simulated=False))
+    assert {"Speed", "Thrusters: measured less predicted speed", "Thruster 8"} <= set(recorded)
+    assert not {"Track, from above", "Depth and supply"} & set(recorded)
+    assert titles(play()) == ["Time line"]
+
+
+def test_thrusters_that_nothing_happened_to_wait_until_asked_for() -> None:
+    drawn = figures(dive(), ())
+    assert [one.title for one in drawn if one.title.startswith("Thruster ") and one.main] == ["Thruster 3"]
+
+
+def test_the_worst_score_is_in_its_plot() -> None:
+    outcome = dive()
+    score = outcome.scores["T3"].value
+    score[300] = 99.0
+    (plot,) = [one for one in figures(outcome, ()) if one.title == "Thruster 3"]
+    (trace,) = [one for one in plot.data if one["name"] == "score"]
+    assert max(trace["y"]) == 99.0
+
+
+def test_what_is_no_number_is_a_gap() -> None:
+    outcome = dive()
+    assert outcome.truth is not None
+    outcome.truth.healthy_rpm[100:110, 2] = np.nan
+    outcome.truth.speed_rpm[200:210, 2] = np.inf
+    (plot,) = [one for one in figures(outcome, ()) if one.title == "Thruster 3"]
+    healthy, speed = plot.data[:2]
+    assert (healthy["name"], speed["name"]) == ("healthy", "speed")
+    assert None in healthy["y"]
+    assert None in speed["y"]
+    json.dumps(plot.json, allow_nan=False)
+
+
+def test_a_stretch_of_a_level_lasts_until_the_next() -> None:
+    (line,) = [one for one in figures(dive(), ()) if one.title == "Time line"]
+    lanes = dict(zip(line.layout["yaxis"]["ticktext"], line.layout["yaxis"]["tickvals"], strict=True))
+    (bars,) = [one for one in line.data if one["type"] == "bar" and one["y"][0] == lanes["thruster 3"]]
+    assert bars["text"] == ["UNKNOWN", "NORMAL", "SUSPECT", "FAULT", "NORMAL"]
+    origin = line.layout["xaxis"]["range"][0]
+    assert bars["base"][3] - origin == round(1000.0 * FOUND_S)
+    ends = [base + length for base, length in zip(bars["base"], bars["x"], strict=True)]
+    assert ends == [*bars["base"][1:], line.layout["xaxis"]["range"][1]]
+
+
+def test_the_failsafes_notes_are_no_level_of_the_vehicle() -> None:
+    (line,) = [one for one in figures(dive(), ()) if one.title == "Time line"]
+    vehicle = line.layout["yaxis"]["tickvals"][line.layout["yaxis"]["ticktext"].index("vehicle")]
+    (bars,) = [one for one in line.data if one["type"] == "bar" and one["y"][0] == vehicle]
+    assert bars["text"] == ["NORMAL"]
+
+
+def test_the_same_outcomes_are_the_same_page() -> None:
+    assert report_html([dive()], WRITTEN) == report_html([dive()], WRITTEN)
+
+
+def test_the_library_is_there_once_and_a_scenario_is_small() -> None:
+    one, four = (len(report_html([dive()] * count, WRITTEN)) for count in (1, 4))
+    assert (four - one) / 3 < 150_000 < one
+
+
+def test_a_play_that_broke_off_at_once_and_a_run_of_none(tmp_path: Path) -> None:
+    empty = dive(broken="no such bus", findings=[], texts=[], commands=[], modes=[], scores={}, truth=None)
+    assert "the play comes to its end no such bus" in page(replace(empty, end_s=empty.start_s, wall_s=0.0)).words
+    write_report([], tmp_path / "report.html")
+    assert "0 of 0 scenarios passed" in (tmp_path / "report.html").read_text()
+
+
+def test_packed_text_is_unpacked() -> None:
+    assert decompress(b64decode(packed("T3 ✓"))).decode() == "T3 ✓"
+
+
+@pytest.mark.skipif(BROWSER is None, reason="needs a browser: apt-get install chromium")
+def test_a_browser_draws_it(tmp_path: Path) -> None:
+    report = tmp_path / "report.html"
+    write_report([dive(), dive(simulated=False)], report)
+    options = ["--headless=new", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'profile'}"]
+    options += ["--enable-logging=stderr", "--window-size=1280,8000", "--virtual-time-budget=20000", "--dump-dom"]
+    seen = subprocess.run(
+        [str(BROWSER), *options, f"{report.as_uri()}#s1"], capture_output=True, text=True, timeout=100, check=True
+    )
+    assert "CONSOLE" not in seen.stderr  # no error, and nothing that the page's own policy refused
+    main = [one for one in figures(dive(), ()) if one.main]
+    assert seen.stdout.count('class="plot js-plotly-plot ready"') == len(main)
