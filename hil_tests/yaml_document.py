@@ -142,7 +142,7 @@ def _in_words_of_yaml(wanted: str) -> str:
     wanted = sub(
         r"a valid dictionary( or instance of \w+)?|a valid dictionary or object.*", "a table of keys", wanted
     )
-    return wanted.replace("a valid tuple", "a list").replace("valid boolean", "true or false")
+    return wanted.replace("a valid tuple", "a list").replace("a valid boolean", "true or false")
 
 
 def path_of(location: Location) -> str:

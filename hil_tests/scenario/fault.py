@@ -45,7 +45,7 @@ OTHER_WORDS: Mapping[str, tuple[str, ...]] = {
 }
 _OF_THRUSTER = {None: Target.THRUSTER, "rpm": Target.RPM, "command": Target.COMMAND}
 THRUSTER_NUMBER = "([1-9][0-9]?)"
-BUS_NAME = "(?=.*(?:can|[0-9]))[A-Za-z0-9_-]{1,16}"  # as [[can]] names them, and not just any word
+BUS_NAME = "(?=.*(?:[Cc][Aa][Nn]|[0-9]))[A-Za-z0-9_-]{1,16}"  # as [[can]] names them, and not just any word
 _THRUSTER = re.compile(f"thruster {THRUSTER_NUMBER}(?: (rpm|command))?")
 _LIKE_A_THRUSTER = re.compile(r"t(hr)?(uster)?[ _#-]*[0-9]", re.IGNORECASE)
 _BUS = re.compile(BUS_NAME)
