@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Sequence
-from contextlib import suppress
-from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,7 +14,8 @@ from rich.progress import Progress, SpinnerColumn, TextColumn
 from gateway.config import Config, load
 from gateway.findings import Finding
 from gateway.problems import ConfigError
-from gateway.replay.log_input import LogInput, log_input
+from gateway.replay.log_input import log_input
+from gateway.replay.offsets import offsets_s
 from gateway.severity import Severity
 
 if TYPE_CHECKING:
@@ -102,7 +100,7 @@ def _replayed(
     from gateway.replay.session import replay as replay_logs
 
     inputs = [log_input(one, config.links()) for one in logs]
-    given_s = _offsets_s(offsets, inputs)
+    given_s = offsets_s(offsets, inputs)
     timed = on_one_clock(grouped(inputs, config, given_s), config, given_s)
     found: list[str] = []
     begin_s = time.perf_counter()
@@ -119,29 +117,6 @@ def _replayed(
                     bar.console.print(found[-1], style=_STYLES.get(finding.severity), highlight=False, markup=False)
 
         return replay_logs(config, timed, out / FINDINGS, show, jobs=os.cpu_count() or 1), found
-
-
-def _offsets_s(offsets: tuple[str, ...], logs: Sequence[LogInput]) -> dict[Path, float]:
-    """What the user gave, by log.
-
-    Raises:
-        ValueError: no number, or a log that is not replayed.
-    """
-    given_s: dict[Path, float] = {}
-    for text in offsets:
-        name, _, number = text.rpartition("=")
-        named = {log.path for log in logs if name in (str(log.path), log.path.name)}
-        if len(named) != 1:
-            raise ValueError(f"--offset {text}: want LOG=SECONDS, of {', '.join(str(log.path) for log in logs)}")
-        given_s[named.pop()] = _seconds(text, number)
-    return given_s
-
-
-def _seconds(text: str, number: str) -> float:
-    with suppress(ValueError):
-        if isfinite(seconds := float(number)):
-            return seconds
-    raise ValueError(f"--offset {text}: {number!r} is no number of seconds")
 
 
 _STYLES = {Severity.CRITICAL: "bold red", Severity.ERROR: "red", Severity.WARNING: "yellow"}

@@ -10,6 +10,7 @@ import click
 # Each command with the module that has it.
 COMMANDS: Mapping[str, str] = {
     "play": "hil_tests.playback.play_command",
+    "play-log": "hil_tests.playback.play_log_command",
     "new": "hil_tests.playback.scenario_commands",
     "check": "hil_tests.playback.scenario_commands",
     "list": "hil_tests.playback.scenario_commands",
@@ -29,7 +30,8 @@ class LateGroup(click.Group):
         if cmd_name not in COMMANDS:
             return None
         module = import_module(COMMANDS[cmd_name])
-        command: click.Command = getattr(module, f"{cmd_name}_command", None) or getattr(module, cmd_name)
+        name = cmd_name.replace("-", "_")
+        command: click.Command = getattr(module, f"{name}_command", None) or getattr(module, name)
         return command
 
 
