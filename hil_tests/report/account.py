@@ -6,10 +6,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from operator import attrgetter
 
+from gateway.outlet import NOTES
 from hil_tests.playback.outcome import Outcome
-from hil_tests.report.commands import told
+from hil_tests.report.commands import acts, told
 from hil_tests.report.expectations import checks
 from hil_tests.report.modes import stretches
+from hil_tests.report.subjects import calm_subjects
 from hil_tests.report.wanted import severity_name
 from hil_tests.report.windows import since_start_s
 from hil_tests.report.words import clock
@@ -24,12 +26,14 @@ class Line:
         kind: "fault", "finding", "STATUSTEXT", "command" or "mode".
         level: how bad it is: name of a level or a severity; "" = it is not rated.
         words: what.
+        calm: whether it is a finding of something that was never worse than NORMAL.
     """
 
     since_s: float
     kind: str
     level: str
     words: str
+    calm: bool = False
 
     @property
     def clock(self) -> str:
@@ -47,8 +51,11 @@ def account(outcome: Outcome) -> Iterator[str]:
     for check in checks(outcome):
         yield f"{'ok    ' if check.passed else 'MISSED'}  {check.expected}: {check.seen}"
     yield ""
-    for line in happenings(outcome):
-        yield f"{line.clock:>9}  {line.kind:10} {line.level:8} {line.words}"
+    lines = happenings(outcome)
+    for line in lines:
+        if not line.calm:
+            yield f"{line.clock:>9}  {line.kind:10} {line.level:8} {line.words}"
+    yield f"findings of what was never worse than NORMAL: {sum(line.calm for line in lines)}"
     yield ""
     for wire, counts in outcome.wire_counts.items():
         yield f"{wire}: {counted(counts)}"
@@ -61,7 +68,7 @@ def counted(counts: Mapping[str, int]) -> str:
 
 
 def happenings(outcome: Outcome) -> list[Line]:
-    """Faults, findings, texts, commands and modes, in order of time."""
+    """Faults, findings, texts, modes, and commands that act on the vehicle, in order of time."""
     return sorted(_happenings(outcome), key=attrgetter("since_s"))
 
 
@@ -72,10 +79,12 @@ def _happenings(outcome: Outcome) -> Iterator[Line]:
             yield Line(fault.until_s, "fault", "", f"{fault.words} ends")
     for stretch in stretches(outcome):
         yield Line(stretch.from_s, "mode", "", stretch.words)
+    calm = calm_subjects(outcome)
     for finding in outcome.findings:
-        since_s = since_start_s(outcome, finding.time_s)
-        yield Line(since_s, "finding", finding.level.name, f"{finding.subject}: {finding.text}")
+        since_s, words = since_start_s(outcome, finding.time_s), f"{finding.subject}: {finding.text}"
+        is_calm = finding.detector not in NOTES and finding.subject in calm
+        yield Line(since_s, "finding", finding.level.name, words, is_calm)
     for text in outcome.texts:
         yield Line(since_start_s(outcome, text.time_s), "STATUSTEXT", severity_name(text.severity), text.text)
-    for command in outcome.commands:
+    for command in filter(acts, outcome.commands):
         yield Line(since_start_s(outcome, command.time_s), "command", "", told(command))

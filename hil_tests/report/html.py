@@ -56,6 +56,7 @@ class Section:
         passed: whether all checks did.
         checks: all of them.
         found_after: of the first thing that was to be found, "" = nothing was, or it was not.
+        played_s: how long it was, in the time of the dive.
         speed: how many times faster than real time.
         faults: of it.
         lines: what happened, in order of time.
@@ -69,6 +70,7 @@ class Section:
     passed: bool
     checks: Sequence[Check]
     found_after: str
+    played_s: float
     speed: str
     faults: Sequence[FaultRow]
     lines: Sequence[Line]
@@ -98,8 +100,8 @@ def report_html(outcomes: Sequence[Outcome], written: datetime) -> str:
     return pages.get_template("report.html").render(
         sections=sections,
         passed=sum(one.passed for one in sections),
-        played_s=sum(outcome.end_s - outcome.start_s for outcome in outcomes),
-        wall_s=sum(outcome.wall_s for outcome in outcomes),
+        played_s=round(sum(one.played_s for one in sections)),
+        wall_s=round(sum(outcome.wall_s for outcome in outcomes)),
         written=written.astimezone(UTC).strftime("%Y-%m-%d %H:%M UTC"),
         plotly=_library(),
         clock=clock,
@@ -127,6 +129,7 @@ def _section(outcome: Outcome) -> Section:
         passed=all(one.passed for one in held),
         checks=held,
         found_after="" if found_s is None else lasting(found_s),
+        played_s=round(outcome.end_s - outcome.start_s, 1),
         speed=_speed(outcome),
         faults=list(_fault_rows(outcome)),
         lines=list(happenings(outcome)),

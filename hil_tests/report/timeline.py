@@ -1,4 +1,7 @@
-"""The plot that tells a play at a glance: one lane each for faults, modes, messages, and what was found of whom."""
+"""The plot that tells a play at a glance: one lane each for faults, modes, messages, and what was found of whom.
+
+Links and signals that were well all along have none.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,6 @@ from itertools import pairwise
 
 from detectors.verdict import Level
 from gateway.findings import Finding
-from gateway.outlet import NOTES
 from gateway.severity import Severity
 from hil_tests.playback.outcome import Outcome
 from hil_tests.report.check import Check
@@ -26,6 +28,7 @@ from hil_tests.report.drawing import (
     time_axis,
 )
 from hil_tests.report.modes import stretches
+from hil_tests.report.subjects import DETECTORS, by_subject, calm_subjects
 from hil_tests.report.wanted import severity_name
 from hil_tests.report.windows import since_start_s
 from hil_tests.report.words import clock
@@ -115,18 +118,10 @@ def _lanes(outcome: Outcome, checks: Sequence[Check]) -> Iterator[Lane]:
         for one in outcome.texts
     ]
     yield Lane("STATUSTEXT", [_markers(texts, "triangle-down", 11)])
+    calm = calm_subjects(outcome)
     for subject, found in by_subject(outcome).items():
-        yield Lane(subject, [_bars(_levels(outcome, found))])
-
-
-def by_subject(outcome: Outcome) -> Mapping[str, Sequence[Finding]]:
-    """Findings of detectors and watches by subject, each in order of time; the worst subjects first."""
-    found: dict[str, list[Finding]] = {}
-    for one in sorted(outcome.findings, key=lambda one: one.time_s):
-        if one.detector not in NOTES:
-            found.setdefault(one.subject, []).append(one)
-    worst = {subject: max(one.level for one in its) for subject, its in found.items()}
-    return {subject: found[subject] for subject in sorted(found, key=lambda one: (-worst[one], one))}
+        if subject not in calm or found[0].detector in DETECTORS:
+            yield Lane(subject, [_bars(_levels(outcome, found))])
 
 
 def _levels(outcome: Outcome, found: Sequence[Finding]) -> list[Bar]:

@@ -8,7 +8,8 @@ from xml.etree import ElementTree as ET
 
 from hil_tests.playback.outcome import Outcome
 from hil_tests.report.junit import junit_xml, printable, write_junit
-from hil_tests.report.tests.plays import finding, mode, mode_command, play, text
+from hil_tests.report.tests.dive import dive
+from hil_tests.report.tests.plays import command, finding, mode, mode_command, play, text
 
 WRITTEN = datetime(2026, 11, 22, 15, 4, 5, tzinfo=UTC)
 WANTED = {"finding": {"subject": "thruster 3", "level": "FAULT"}, "within_s": 2.0}
@@ -75,6 +76,19 @@ def test_a_case_tells_what_happened_in_order() -> None:
     places = [told.index(mark) for mark in marks]
     assert places == sorted(places)
     assert "can0: frames lost 3" in told
+
+
+def test_what_was_well_all_along_is_counted_and_no_more() -> None:
+    told = parsed([dive()]).findtext("testsuite/testcase/system-out") or ""
+    assert "thruster 3: learning" in told
+    assert "thruster 4" not in told
+    assert "vehicle: Hold asked for T3" in told
+    assert "findings of what was never worse than NORMAL: 15" in told
+
+
+def test_requests_for_messages_are_not_told() -> None:
+    told = parsed([play(commands=[command(0.1, 511, 30.0)])]).findtext("testsuite/testcase/system-out") or ""
+    assert "511" not in told
 
 
 def test_names_are_plain_words_and_classes_folders() -> None:
