@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Sequence
 from heapq import heappop, heappush
 from math import inf
+from typing import Protocol
 
 from drivers.can.frame import CanFrame
 from hil_tests.scenario.failures import Target
@@ -17,6 +18,10 @@ from hil_tests.scenario.fault import Fault
 from hil_tests.wires.arbitration import SharedBus
 from hil_tests.wires.can_signals import CanSignals
 from hil_tests.wires.frame_faults import ALL_NODES, FRAME_FAULTS, Due
+from hil_tests.wires.message_edits import MessageEdits
+from hil_tests.wires.second_device import SecondNode, SecondSender
+from hil_tests.wires.thruster_values import values_of
+from hil_tests.wires.transfer_edits import TransferEdits
 from hil_tests.wires.way import Passed, Towards
 
 # So long before an onset true values are watched: what is stuck is the newest of them.
@@ -55,14 +60,14 @@ class CanWire:
         of_bus = [one for one in faults if one.subject.target is Target.BUS and one.subject.name == bus]
         _refuse_nodes(signals, of_bus)
         self._start_s = start_s
-        self._stages = [
-            FRAME_FAULTS[fault.failure](fault, [seed, place], self.counts)
-            for place, fault in enumerate(of_bus)
-            if fault.failure in FRAME_FAULTS
-        ]
+        of_signals = signals.concerned(faults)
+        self._edits = _edits(signals, of_signals, seed, self.counts)
+        self._stages = [*self._edits, *_bus_stages(signals, of_bus, seed, self.counts)]
         babblers = [one for one in of_bus if one.failure == "babbling"]
         self._shared = SharedBus(babblers, start_s, signals.rates, self.counts)
-        self._stretches = [(start_s + one.at_s - WATCHED_S, start_s + one.until_s + BEYOND_S) for one in of_bus]
+        self._stretches = [
+            (start_s + one.at_s - WATCHED_S, start_s + one.until_s + BEYOND_S) for one in (*of_bus, *of_signals)
+        ]
         self._ready: list[Passed[CanFrame]] = []  # what passes untouched
         self._newest_s = -inf
         self._under_way: list[tuple[float, int, Due]] = []  # a heap: arrival, order
@@ -125,10 +130,41 @@ class CanWire:
 
     def _quiet(self, time_s: float) -> float:
         """Until when frames pass untouched, and none comes by itself."""
-        if self._shared.busy(time_s):
+        if self._shared.busy(time_s) or any(edits.renumbers for edits in self._edits):
             return -inf
         under_way_s = self._under_way[0][0] if self._under_way else inf
         return min([under_way_s, *(_begins(stretch, time_s) for stretch in self._stretches)])
+
+
+class _Stage(Protocol):
+    """Something that happens to one frame after the other."""
+
+    def take(self, since_s: float, due: Due) -> list[Due]:
+        """What goes on when a frame comes."""
+        ...
+
+
+def _edits(
+    signals: CanSignals, faults: Sequence[Fault], seed: int, counts: Counter[str]
+) -> list[TransferEdits | MessageEdits]:
+    if not faults:
+        return []
+    speeds, commands = (values_of(faults, target, seed, counts) for target in (Target.RPM, Target.COMMAND))
+    if signals.protocol == "dronecan":
+        return [TransferEdits(signals.thrusters, speeds, commands)]
+    return [MessageEdits(signals.messages, speeds, commands, counts)]
+
+
+def _bus_stages(signals: CanSignals, faults: Sequence[Fault], seed: int, counts: Counter[str]) -> list[_Stage]:
+    """Second devices first: they are on the bus, and what befalls its frames befalls theirs."""
+    stages: list[_Stage] = []
+    for place, fault in enumerate(faults):
+        if fault.failure == "node_conflict" and signals.protocol == "dronecan":
+            stages.append(SecondNode(fault, [seed, place], counts))
+        elif fault.failure == "node_conflict":
+            stages.append(SecondSender(fault, signals.messages, [seed, place], counts))
+    struck = [(place, fault) for place, fault in enumerate(faults) if fault.failure in FRAME_FAULTS]
+    return [*stages, *(FRAME_FAULTS[fault.failure](fault, [seed, place], counts) for place, fault in struck)]
 
 
 def _begins(stretch: tuple[float, float], time_s: float) -> float:
