@@ -22,6 +22,7 @@ from hil_tests.wires.mavlink.payload_faults import PayloadFaults
 from hil_tests.wires.mavlink.sealing import Sealer
 from hil_tests.wires.way import Passed, Towards
 
+ENDS = (Towards.AUTOPILOT, Towards.GATEWAY)
 # what the wire calls that which its line counts
 _LINE_COUNTS = {"lost": "packets lost", "duplicated": "packets sent twice", "held back": "packets overtaken"}
 
@@ -59,14 +60,21 @@ class MavlinkWire:
         self._noise = Noise(seed)
         self._intruders = intruders(self._link_faults, start_s)
         self._streams = {
-            towards: ChangedStream(PayloadFaults(faults, seed, config), Sealer(key), self.counts)
-            for towards in (Towards.GATEWAY, Towards.AUTOPILOT)
+            towards: ChangedStream(PayloadFaults(faults, seed, config), Sealer(key), self.counts) for towards in ENDS
         }
+        self._release_s = inf  # when a packet that has begun has waited for its rest for too long
 
     def put(self, time_s: float, item: bytes, towards: Towards) -> None:
-        """A packet enters the wire: one datagram, or what came at once of a stream."""
+        """A packet enters the wire: one datagram, or what came at once of a stream.
+
+        Raises:
+            ValueError: neither towards the autopilot nor towards the gateway.
+        """
+        if towards not in ENDS:
+            raise ValueError(f"towards = {towards}: want {' or '.join(map(str, ENDS))}, the ends of a MAVLink link")
         self._catch_up(time_s)
         said = self._streams[towards].take(time_s, time_s - self._start_s, item)
+        self._release_s = self._waits_until_s()
         if said or said is item:
             self._enter(time_s, Passed(said, towards))
 
@@ -77,33 +85,34 @@ class MavlinkWire:
 
     def next_s(self) -> float:
         """When more is due without anything being put in; infinity: never."""
-        return min(self._line.next_s(), self._intrusion_s(), self._release_s())
+        return min(self._line.next_s(), self._intrusion_s(), self._release_s)
 
     def _catch_up(self, time_s: float) -> None:
         """What goes onto the link by now without anything being put in."""
-        while (next_s := min(self._intrusion_s(), self._release_s())) <= time_s:
-            if self._release_s() == next_s:
-                self._release(next_s)
-            else:
+        while min(self._intrusion_s(), self._release_s) <= time_s:
+            if self._intrusion_s() <= self._release_s:
                 self._intrude()
-
-    def _release_s(self) -> float:
-        return min(stream.release_s for stream in self._streams.values())
-
-    def _release(self, time_s: float) -> None:
-        """Beginnings of packets of which the rest has not come."""
-        for towards, stream in self._streams.items():
-            if stream.release_s <= time_s:
-                self._enter(time_s, Passed(stream.release(), towards))
+            else:
+                self._release()
 
     def _intrusion_s(self) -> float:
-        return min((intruder.next_s() for intruder in self._intruders), default=inf)
+        return min(intruder.next_s() for intruder in self._intruders) if self._intruders else inf
 
     def _intrude(self) -> None:
         """The next packet of others."""
         intruder = min(self._intruders, key=lambda one: one.next_s())
         self.counts[intruder.counted] += 1
         self._send(*intruder.take())
+
+    def _release(self) -> None:
+        """The beginning of a packet of which the rest has not come."""
+        towards = min(ENDS, key=lambda end: self._streams[end].release_s)
+        waiting, time_s = self._streams[towards], self._release_s
+        self._enter(time_s, Passed(waiting.release(), towards))
+        self._release_s = self._waits_until_s()
+
+    def _waits_until_s(self) -> float:
+        return min(self._streams[Towards.AUTOPILOT].release_s, self._streams[Towards.GATEWAY].release_s)
 
     def _enter(self, time_s: float, passed: Passed[bytes]) -> None:
         """Onto the link, where others may listen."""

@@ -2,20 +2,18 @@
 
 What comes out looks as if its senders had sent it so: checksums and signatures are right, and where a message is
 withheld the numbers go on without a gap, from then on. Only packets that are signed with a key that is not known stay
-as they are, numbers and all; they can but be withheld. Packets that came in one datagram leave in one.
+as they are, numbers and all; they can but be withheld. Packets that came in one datagram leave in one. One that may
+have to be changed waits until it is whole; all other bytes go on at once.
 """
 
 from __future__ import annotations
 
 from collections import Counter
 
-from drivers.mavlink.formats import CRC_EXTRA
 from drivers.mavlink.frames import Frame
 from hil_tests.wires.mavlink.packet_stream import PacketStream, Stretch
 from hil_tests.wires.mavlink.payload_faults import Draft, PayloadFaults
-from hil_tests.wires.mavlink.sealing import Numbering, Sealer, payload_of
-
-NO_KEY = "signed, not changed: no key"
+from hil_tests.wires.mavlink.sealing import Numbering, Sealer, outline, payload_of
 
 
 class ChangedStream:
@@ -51,20 +49,36 @@ class ChangedStream:
             since_s: the same, as seconds since the start.
             item: what came at once.
         """
-        if not self._faults.message_ids:
+        if self._is_of_no_interest(item):
             return item
-        active = self._faults.active(since_s)
         waiting = self._stream.holding
-        stretches = self._stream.feed(item, time_s, lambda frame: self._holds(frame, active))
+        stretches = self._stream.feed(item, time_s, lambda frame: self._holds(frame, since_s))
         said = [self._said(stretch, since_s) for stretch in stretches]
         same = all(new is stretch.data for new, stretch in zip(said, stretches, strict=True))
         return item if same and not waiting and not self._stream.holding else b"".join(said)
 
-    def _holds(self, frame: Frame | None, active: bool) -> bool:
+    def _is_of_no_interest(self, item: bytes) -> bool:
+        """Whether these are whole packets without a signal that has faults: nearly all are.
+
+        Only their lengths are looked at. Damaged ones may be among them, but all go on as they are anyway.
+        """
+        message_ids = self._faults.message_ids
+        if not message_ids:
+            return True
+        if self._stream.begun or self._numbering.changed:
+            return False
+        place, size = 0, len(item)
+        while place < size:
+            message_id, place = outline(item, place)
+            if message_id in message_ids:
+                return False
+        return place == size
+
+    def _holds(self, frame: Frame | None, since_s: float) -> bool:
         """Whether a packet that is not whole yet may have to be changed."""
         if self._numbering.changed:
             return True
-        return active and (frame is None or frame.message_id in self._faults.message_ids)
+        return self._faults.active(since_s) and (frame is None or frame.message_id in self._faults.message_ids)
 
     def _said(self, stretch: Stretch, since_s: float) -> bytes:
         packet, frame = stretch.packet, stretch.frame
@@ -78,17 +92,17 @@ class ChangedStream:
         return self._sent(packet, frame, payload, draft)
 
     def _sent(self, packet: bytes, frame: Frame, payload: bytes, draft: Draft) -> bytes:
-        sealable = frame.message_id in CRC_EXTRA and self._sealer.can_seal(packet)
+        unsealable = self._sealer.why_not(packet, frame)
         if draft.payload is None:
             self._counts.update(draft.causes)
-            if sealable:
+            if not unsealable:
                 self._numbering.withhold(frame)
             return b""
         sequence = self._numbering.number(frame)
         if draft.payload is payload and sequence == frame.sequence:
             return packet
-        if not sealable:
-            self._counts[NO_KEY] += 1
+        if unsealable:
+            self._counts[unsealable] += 1
             return packet
         self._counts.update(draft.causes)
         return self._sealer.sealed(packet, frame, draft.payload, sequence)

@@ -58,6 +58,11 @@ class PacketStream:
         self._fed_s = -inf
 
     @property
+    def begun(self) -> bool:
+        """Whether a packet has begun of which the rest is to come."""
+        return bool(self._tail)
+
+    @property
     def holding(self) -> bool:
         """Whether something waits to become whole."""
         return self._passed < len(self._tail)

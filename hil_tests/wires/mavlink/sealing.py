@@ -5,13 +5,49 @@ A signature needs the key that the sender has, too; link id and stamp stay those
 
 from __future__ import annotations
 
+from struct import Struct
+
 from drivers.mavlink.formats import CRC_EXTRA, checksum
-from drivers.mavlink.frames import CHECKSUM_SIZE, MAGIC_1, Frame, is_signed
+from drivers.mavlink.frames import (
+    CHECKSUM_SIZE,
+    FLAG_SIGNED,
+    MAGIC_1,
+    MAGIC_2,
+    MESSAGE_ID_MASK,
+    SIGNATURE_SIZE,
+    Frame,
+    is_signed,
+)
 from drivers.mavlink.signing import PROOF_SIZE, STAMP_SIZE, SigningKey
+
+NO_KEY = "signed, not changed: no key"
+UNKNOWN = "unknown message, not numbered anew"
 
 HEADER_SIZE_1, HEADER_SIZE_2 = 6, 10
 SEQUENCE_PLACE_1, SEQUENCE_PLACE_2 = 2, 4
 LENGTH_PLACE = 1
+MESSAGE_ID_PLACE_2 = 7
+
+
+_read_start = Struct("<BBB").unpack_from  # magic byte, length, flags
+_read_message_id = Struct("<I").unpack_from  # and a byte behind it
+NOWHERE = -1, 1 << 32
+
+
+def outline(data: bytes, start: int) -> tuple[int, int]:
+    """Message id of a packet that may begin at `start`, and where it would end; `NOWHERE` where none does.
+
+    Nothing is checked, neither that it is whole nor that it is one.
+    """
+    if len(data) - start < HEADER_SIZE_2 + CHECKSUM_SIZE:
+        return NOWHERE
+    magic, length, flags = _read_start(data, start)
+    if magic == MAGIC_1:
+        return data[start + HEADER_SIZE_1 - 1], start + HEADER_SIZE_1 + length + CHECKSUM_SIZE
+    if magic != MAGIC_2 or flags & ~FLAG_SIGNED:
+        return NOWHERE
+    end = start + HEADER_SIZE_2 + length + CHECKSUM_SIZE + (SIGNATURE_SIZE if flags else 0)
+    return _read_message_id(data, start + MESSAGE_ID_PLACE_2)[0] & MESSAGE_ID_MASK, end
 
 
 def payload_of(packet: bytes) -> bytes:
@@ -30,16 +66,18 @@ class Sealer:
     def __init__(self, key: bytes | None = None) -> None:
         self._key = None if key is None else SigningKey(key)
 
-    def can_seal(self, packet: bytes) -> bool:
-        """Whether a packet can be changed and still be believed."""
-        return self._key is not None or not is_signed(packet)
+    def why_not(self, packet: bytes, frame: Frame) -> str:
+        """Why a packet cannot be changed and still be believed: `NO_KEY` or `UNKNOWN`; "": it can."""
+        if frame.message_id not in CRC_EXTRA:
+            return UNKNOWN
+        return NO_KEY if self._key is None and is_signed(packet) else ""
 
     def sealed(self, packet: bytes, frame: Frame, payload: bytes, sequence: int) -> bytes:
-        """The packet with another payload and another number.
+        """The packet with another payload and another number; nothing may be against it, see `why_not`.
 
         Args:
-            packet: as its sender sealed it; `can_seal` has said that it can be.
-            frame: its header; of a message whose checksum is known.
+            packet: as its sender sealed it.
+            frame: its header.
             payload: as `payload_of` gives it, or longer: of full size.
             sequence: 0 to 255.
         """

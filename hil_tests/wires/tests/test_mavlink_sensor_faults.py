@@ -126,6 +126,15 @@ def test_a_beginning_whose_rest_does_not_come_goes_on_as_it_is():
     assert [passed.item for passed in ours.due(START_S + PATIENCE_S)] == [beginning]
 
 
+def test_a_packet_that_was_on_its_way_before_the_onset_is_not_changed_but_remembered():
+    peer, ours = Peer(), wire(fault(Target.DVL, "stuck", at_s=1.0))
+    early, late = peer.pack(dvl_at(0.0)), peer.pack(carriers.position_delta(0.0, (9.0, 9.0, 9.0)))
+    arrived = played(ours, [(0.9, early[:20]), (1.1, early[20:]), (1.2, late)])
+    assert arrived[:2] == [early[:20], early[20:]]
+    assert velocities_in(arrived[2:]) == [pytest.approx((1.0, 0.2, -0.1))]
+    assert ours.counts == {"dvl changed": 1}
+
+
 def test_a_changed_packet_of_mavlink_1_stays_one():
     packet = Peer().attitude(mavlink1=True)
     [changed] = played(wire(fault(Target.HEADING, "wrong", value_deg=90.0)), [(0.0, packet)])
@@ -159,6 +168,14 @@ def test_numbers_of_other_senders_are_left_alone():
     for message in messages_in(b"".join(arrived)):
         by_sender[message.get_srcSystem()].append(message.get_seq())
     assert by_sender == {1: list(range(20)), GCS: list(range(4))}
+
+
+def test_messages_that_no_dialect_knows_keep_their_numbers():
+    unknown, peer = b"\xfd\x03\x00\x00\x01\x01\x01\x99\x99\x99abc\x12\x34", Peer()
+    packets = [(0.0, peer.pack(dvl_at(0.0))), (0.1, unknown), (0.2, peer.heartbeat())]
+    ours = wire(fault(Target.DVL, "off"))
+    assert played(ours, packets)[0] == unknown
+    assert ours.counts == {"dvl withheld": 1, "unknown message, not numbered anew": 1}
 
 
 def signed_again(packets):
@@ -298,6 +315,19 @@ def test_the_altitude_stays_where_a_pressure_is_told():
     assert played(wire(trouble), [(0.0, pressure), (0.1, altitude)])[1] == altitude
     [lower] = messages_in(b"".join(played(wire(trouble), [(0.1, altitude)])))
     assert (lower.alt, lower.relative_alt) == (-7000, -7000)
+
+
+@pytest.mark.parametrize(("depth", "pressure", "altitude"), [("scaled_pressure", 1, 0), ("global_position", 0, 1)])
+def test_the_depth_is_where_the_configuration_says(depth, pressure, altitude):
+    config, peer = parse(CONFIG + f'[navigation]\ndepth = "{depth}"\n', Path()), Peer()
+    packets = [
+        (0.0, peer.pack(carriers.pressure(mavlink.MAVLink_scaled_pressure_message)(0.0, (5.0,)))),
+        (0.1, peer.pack(carriers.pressure(mavlink.MAVLink_scaled_pressure2_message)(0.1, (5.0,)))),
+        (0.2, peer.pack(carriers.global_position(0.2))),
+    ]
+    arrived = played(wire(fault(Target.DEPTH, "bias", bias_m=2.0), config=config), packets)
+    changed = [after != before for after, (_, before) in zip(arrived, packets, strict=True)]
+    assert changed == [pressure, False, altitude]
 
 
 def test_the_gateway_reads_the_speed_that_the_fault_tells(config):

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from drivers.mavlink.decoder import MavlinkDecoder
 from drivers.mavlink.tests.peer import Peer, messages_in
 from drivers.readings import AutopilotConflict, AutopilotHeartbeat
-from hil_tests.scenario.failures import Target
+from hil_tests.scenario.failures import Target, kinds_of
 from hil_tests.wires.mavlink_wire import MavlinkWire
 from hil_tests.wires.tests.packets import START_S, fault, played
 from hil_tests.wires.way import Towards
@@ -180,6 +180,26 @@ def test_old_packets_are_sent_again_the_same_way_while_it_lasts():
         (b"late", Towards.AUTOPILOT),
     ]
     assert ours.counts == {"old packets sent again": 2}
+
+
+def test_others_on_a_cut_link_are_not_heard_either():
+    ours = wire(fault(LINK, "cut"), fault(LINK, "foreign_system", until_s=3.0))
+    assert ours.due(START_S + 10.0) == []
+
+
+@pytest.mark.parametrize("failure", sorted(kinds_of(LINK)))
+def test_each_failure_of_the_table_shows_in_what_arrives_and_in_the_counts(failure):
+    sizes = {"share": 1.0, "delay_s": 0.3, "age_s": 0.5, "held_s": 0.3}
+    needed = {one.name: sizes[one.name] for one in kinds_of(LINK)[failure].quantities if one.name in sizes}
+    ours = wire(fault(LINK, failure, at_s=1.0, until_s=1.5, **needed))
+    arrived = played(ours, telemetry())
+    assert arrived != [packet for _, packet in telemetry()]
+    assert sum(ours.counts.values()) > 0
+
+
+def test_a_mavlink_link_has_two_ends():
+    with pytest.raises(ValueError, match=r"towards = Towards.DEVICES: want Towards.AUTOPILOT or Towards.GATEWAY"):
+        wire().put(START_S, b"x", Towards.DEVICES)
 
 
 def test_the_same_seed_does_the_same():
