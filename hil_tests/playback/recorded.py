@@ -14,22 +14,17 @@ from pathlib import Path
 
 from drivers.can.frame import CanFrame, checked_frame
 from drivers.mavlink import formats
-from drivers.mavlink.autopilot import AUTOPILOT_COMPONENT, AUTOPILOT_INVALID
 from drivers.mavlink.frames import Packet
 from drivers.mavlink.signing import Signing, SigningKey
-from drivers.mavlink.vehicle import MODE_FLAG_ARMED
 from gateway.config import Config
 from hil_tests.dive_logs.laps import WHOLE, Laps, Part
 from hil_tests.dive_logs.packet_bytes import packet_bytes
 from hil_tests.dive_logs.pieces import OnBus, Piece
 from hil_tests.dive_logs.reading import LoggedDive
 from hil_tests.dive_logs.senders import Side, side_of
-from hil_tests.playback.outcome import ModeChange
-from hil_tests.rig import ardusub, px4
-from hil_tests.rig.ardusub import ArduSub
-from hil_tests.rig.conduct import SILENCE, Conduct, Reply
-from hil_tests.rig.mavlink_autopilot import MavlinkAutopilot
+from hil_tests.playback.listening import HeardModes, Listener
 from hil_tests.rig.notes import Notes
+from hil_tests.rig.truth import ModeChange
 from hil_tests.wires.way import Towards
 
 OWN_PACKETS = "packets of the gateway that watched that dive"
@@ -66,7 +61,6 @@ class RecordedDive:
         key: 32 bytes, by which all packets are signed anew; None: none is.
 
     Attributes:
-        modes: of the recorded autopilot; one more with each change.
         left_out: packets that are not played, by cause.
 
     Raises:
@@ -84,8 +78,7 @@ class RecordedDive:
         self._signing = None if key is None else Signing(SigningKey(key), start_s)
         self._frames: defaultdict[tuple[str, Towards], list[CanFrame]] = defaultdict(list)
         self._datagrams: list[tuple[float, bytes]] = []
-        self._listener = _Listener(key)
-        self.modes: list[ModeChange] = []
+        self._listener, self._heard = Listener(key), HeardModes()
         self.left_out: Counter[str] = Counter()
         self._pieces: Iterator[Piece] = iter(self._laps)
         self._next: Piece | None = next(self._pieces, None)
@@ -99,6 +92,11 @@ class RecordedDive:
     def notes(self) -> Notes:
         """What was said to it."""
         return self._listener.notes
+
+    @property
+    def modes(self) -> list[ModeChange]:
+        """Of the recorded autopilot; one more with each change."""
+        return self._heard.modes
 
     @property
     def laps(self) -> int:
@@ -142,7 +140,7 @@ class RecordedDive:
 
     def to_autopilot(self, time_s: float, data: bytes) -> None:
         """It is noted, and not answered."""
-        self._listener.hear(time_s, data)
+        self._listener.hear(time_s, data, self._heard.system_id)
 
     def truth(self) -> None:
         """Nobody knows what really was."""
@@ -167,62 +165,16 @@ class RecordedDive:
             stamped = checked_frame(time_s, frame.identifier, frame.data, frame.extended, frame.fd, frame.error)
             self._frames[piece.bus, self._sides[piece.bus](frame)].append(stamped)
         elif self._is_played(piece.packet):
-            self._follow(time_s, piece.packet)
+            self._heard.take(piece.packet, time_s)
             data = packet_bytes(piece.packet)
             self._datagrams.append((time_s, data if self._signing is None else self._signing.sign(data, time_s)))
 
     def _is_played(self, packet: Packet) -> bool:
         cause = ""
-        if packet.component_id == self._own_component and packet.system_id == self._listener.system_id:
+        if packet.component_id == self._own_component and packet.system_id == self._heard.system_id:
             cause = OWN_PACKETS
         elif packet.message_id == formats.COMMAND_ACK.message_id:
             cause = ANSWERS_TO_IT if formats.COMMAND_ACK.unpack(packet.payload)[5] == self._own_component else ""
         if cause:
             self.left_out[cause] += 1
         return not cause
-
-    def _follow(self, time_s: float, packet: Packet) -> None:
-        """What an autopilot's HEARTBEAT tells of its mode."""
-        if packet.message_id != formats.HEARTBEAT.message_id or packet.component_id != AUTOPILOT_COMPONENT:
-            return
-        custom_mode, _, autopilot, base_mode, _, _ = formats.HEARTBEAT.unpack(packet.payload)
-        if autopilot == AUTOPILOT_INVALID:
-            return
-        self._listener.system_id = packet.system_id
-        mode, armed = _mode_name(autopilot, custom_mode), bool(base_mode & MODE_FLAG_ARMED)
-        if not self.modes or (self.modes[-1].mode, self.modes[-1].armed) != (mode, armed):
-            self.modes.append(ModeChange(time_s, mode, armed))
-
-
-class _Silent(Conduct):
-    """Answers no command."""
-
-    def reply(self, command: int, parameters: tuple[float, ...]) -> Reply | None:
-        return SILENCE
-
-
-class _Listener:
-    """Notes what is said to the recorded autopilot."""
-
-    def __init__(self, key: bytes | None) -> None:
-        self._key = key
-        self._autopilot: MavlinkAutopilot | None = None
-        self.system_id = 1  # until a HEARTBEAT tells
-
-    @property
-    def notes(self) -> Notes:
-        return Notes() if self._autopilot is None else self._autopilot.notes
-
-    def hear(self, time_s: float, data: bytes) -> None:
-        if self._autopilot is None:
-            self._autopilot = MavlinkAutopilot(lambda _: None, ArduSub(), self.system_id, _Silent(), self._key)
-        self._autopilot.receive(time_s, data)
-
-
-def _mode_name(autopilot: int, custom_mode: int) -> str:
-    """In the autopilot's own words; of one that is not known, the number."""
-    if autopilot == ArduSub.autopilot and custom_mode in set(ardusub.Mode):
-        return ardusub.Mode(custom_mode).name
-    if autopilot == px4.Px4.autopilot and custom_mode >> 16 & 0xFF in set(px4.MainMode):
-        return px4.MainMode(custom_mode >> 16 & 0xFF).name
-    return str(custom_mode)
