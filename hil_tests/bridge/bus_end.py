@@ -110,15 +110,17 @@ class BusEnd:
 
     def read(self) -> list[CanFrame]:
         """Data and remote frames that have come; nothing where the bus is lost, which is noted."""
-        if self.port is None:
-            return []
+        frames: list[CanFrame] = []
+        failure = None
         try:
-            frames = self.port.read()
+            if self.port is not None:
+                self.port.read(frames)
         except CanPortError as error:
-            self._lose(str(error))
-            return []
+            failure = error
         if frames and (not self._up or any(frame.error for frame in frames)):
             frames = self._told(frames)
+        if failure is not None:
+            self._lose(str(failure))
         self.received += len(frames)
         return frames
 

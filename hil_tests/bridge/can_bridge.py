@@ -8,8 +8,9 @@ from __future__ import annotations
 import select
 import socket
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from math import inf
 from types import MappingProxyType
 from typing import Self
 
@@ -56,6 +57,7 @@ class CanBridge:
         )
         self._from = {autopilot: Towards.DEVICES, devices: Towards.AUTOPILOT}
         self._waking, self._wake = socket.socketpair()
+        self._waking_number = self._waking.fileno()
         self._over = False
         self._failure: BaseException | None = None
         self._thread = threading.Thread(target=self._guarded, name="CAN bridge", daemon=True)
@@ -126,29 +128,36 @@ class CanBridge:
 
     def _step(self) -> None:
         """Wait for something to do, and do it."""
-        there = [(end, end.port.fileno()) for end in self._from if end.port is not None]
-        ready, _, _ = select.select([*(number for _, number in there), self._waking.fileno()], [], [], self._wait_s())
-        for end, number in there:
+        there = [(end.port.fileno(), end) for end in self._from if end.port is not None]
+        ready, _, _ = select.select([self._waking_number, *(number for number, _ in there)], [], [], self._wait_s())
+        for number, end in there:
             if number in ready:
                 self._carry(end)
-        self._deliver(frozenset())
+        now_s = self._clock.now()
+        if self._wire.next_s() <= now_s:
+            self._deliver(now_s, ())
         for end in self._from:
-            end.act()
+            if end.next_s <= now_s:
+                end.act()
 
     def _wait_s(self) -> float:
-        next_s = min(self._wire.next_s(), *(end.next_s for end in self._from))
-        return min(LONGEST_WAIT_S, max(0.0, next_s - self._clock.now()))
+        next_s = self._wire.next_s()
+        for end in self._from:
+            next_s = min(next_s, end.next_s)
+        return LONGEST_WAIT_S if next_s == inf else min(LONGEST_WAIT_S, max(0.0, next_s - self._clock.now()))
 
     def _carry(self, end: BusEnd) -> None:
         """What has come at one end."""
         frames, towards, now_s = end.read(), self._from[end], self._clock.now()
         for frame in frames:
             self._wire.put(now_s, frame, towards)
-        self._deliver(frozenset(map(id, frames)))
+        self._deliver(now_s, frames)
 
-    def _deliver(self, fresh: frozenset[int]) -> None:
-        for passed in self._wire.due(self._clock.now()):
-            self._ends[passed.towards].put(passed.item, prompt=id(passed.item) in fresh)
+    def _deliver(self, now_s: float, fresh: Sequence[CanFrame]) -> None:
+        """Sends what is due; what of the fresh frames no fault has held counts for the time that they take."""
+        prompt = frozenset(map(id, fresh))
+        for passed in self._wire.due(now_s):
+            self._ends[passed.towards].put(passed.item, id(passed.item) in prompt)
 
     def _close(self) -> None:
         for end in self._from:

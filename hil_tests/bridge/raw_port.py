@@ -49,8 +49,8 @@ class BridgePort(Protocol):
         """Becomes readable when frames have come, or the interface has failed."""
         ...
 
-    def read(self) -> list[CanFrame]:
-        """Frames that have come, at most some; CanPortError if the interface failed."""
+    def read(self, frames: list[CanFrame]) -> None:
+        """Put frames that have come, at most some, behind these; then CanPortError if the interface failed."""
         ...
 
     def send(self, frame: CanFrame) -> Sending:
@@ -101,21 +101,21 @@ class RawPort:
         """See BridgePort."""
         return self._socket.fileno()
 
-    def read(self) -> list[CanFrame]:
+    def read(self, frames: list[CanFrame]) -> None:
         """See BridgePort."""
-        frames: list[CanFrame] = []
-        with port_errors():
+        try:
             for _ in range(BATCH):
-                try:
-                    packet, control, _, _ = self._socket.recvmsg(FD_BYTES, _CONTROL_BYTES)
-                except BlockingIOError:
-                    break
+                packet, control, _, _ = self._socket.recvmsg(FD_BYTES, _CONTROL_BYTES)
                 frame = unpacked(packet, self._stamp(control))
                 if frame is None:
                     self._counts[MALFORMED] += 1
                 else:
                     frames.append(frame)
-        return frames
+        except BlockingIOError:
+            return
+        except OSError:
+            with port_errors():
+                raise
 
     def _stamp(self, control: list[tuple[int, int, bytes]]) -> float:
         time_s = None
@@ -131,14 +131,14 @@ class RawPort:
 
     def send(self, frame: CanFrame) -> Sending:
         """See BridgePort."""
-        with port_errors():
-            try:
-                self._socket.send(packed(frame))
-            except OSError as error:
-                if error.errno in _FULL:
-                    return Sending.FULL
-                if error.errno in _REFUSED:
-                    return Sending.REFUSED
+        try:
+            self._socket.send(packed(frame))
+        except OSError as error:
+            if error.errno in _FULL:
+                return Sending.FULL
+            if error.errno in _REFUSED:
+                return Sending.REFUSED
+            with port_errors():
                 raise
         return Sending.DONE
 

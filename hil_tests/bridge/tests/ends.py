@@ -62,10 +62,10 @@ class Port:
     taken: list = field(default_factory=list)
     closed: bool = False
 
-    def read(self):
+    def read(self, frames):
+        frames += self.coming
+        self.coming = []
         self._check()
-        frames, self.coming = self.coming, []
-        return frames
 
     def send(self, frame):
         self._check()

@@ -142,6 +142,14 @@ def test_a_bus_that_fails_while_frames_are_sent_is_lost_too():
     assert bench.end.port is not None
 
 
+def test_what_came_before_a_bus_failed_is_not_lost():
+    port = Port(coming=frames(0, 3), gone="interface is down")
+    bench = Bench(port)
+    bench.end.open()
+    assert [frame.identifier for frame in bench.end.read()] == [0, 1, 2]
+    assert bench.states == [(True, ""), (False, "interface is down")]
+
+
 def test_error_frames_are_told_and_go_no_further():
     port = Port(coming=[*frames(0, 1), BUS_OFF, *frames(1, 1)])
     bench = Bench(port)
