@@ -1,9 +1,11 @@
 """Tests marked `vcan` run on this machine's own vcan0 where it has one, else in the machine of hil_tests.vcan.
 
-In that machine, one more pytest runs all of them; here, each is reported under its own name, as if it had run here.
+In that machine, one more pytest runs all of them while the others run here; after these, each is reported under its
+own name, as if it had run here.
 Where there is neither, they are skipped, and the summary says so. VCAN_REQUIRED=1 makes that a failure.
 """
 
+import gc
 import os
 from contextlib import ExitStack
 
@@ -34,6 +36,10 @@ def pytest_configure(config):
         config.pluginmanager.register(MachineRunner(config))
 
 
+def pytest_collection_finish():
+    gc.freeze()  # what is imported by now stays: else each full collection goes through all of it
+
+
 class ReportWriter:
     """Inside the machine: tells of every report."""
 
@@ -50,7 +56,7 @@ class ReportWriter:
 
 
 class MachineRunner:
-    """Outside: has the marked tests run inside, after all others, and reports what is told of them."""
+    """Outside: has the marked tests run inside, beside all others, and reports after these what is told of them."""
 
     def __init__(self, config):
         self._config = config
@@ -67,8 +73,12 @@ class MachineRunner:
         self._node_ids = [item.nodeid for item in marked]
         items[:] = [item for item in items if item not in marked] + marked
 
+    def pytest_runtestloop(self, session):
+        if self._node_ids and not session.config.option.collectonly:
+            self._start()
+
     def pytest_runtest_protocol(self, item):
-        if item.nodeid not in self._node_ids or not self._started():
+        if item.nodeid not in self._node_ids or self._guest is None:
             return None
         item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
         for report in self._reports(item):
@@ -89,14 +99,12 @@ class MachineRunner:
     def pytest_unconfigure(self):
         self._resources.close()
 
-    def _started(self):
-        if self._guest is None and self._unavailable is None:
-            try:
-                guest = GuestTests(guest_kernel(), self._node_ids, self._config.rootpath)
-                self._guest = self._resources.enter_context(guest)
-            except MachineUnavailableError as reason:
-                self._unavailable = reason
-        return self._guest is not None
+    def _start(self):
+        try:
+            guest = GuestTests(guest_kernel(), self._node_ids, self._config.rootpath)
+            self._guest = self._resources.enter_context(guest)
+        except MachineUnavailableError as reason:
+            self._unavailable = reason
 
     def _reports(self, item):
         try:
