@@ -11,6 +11,7 @@ from functools import cache
 from gzip import compress
 from math import isfinite
 from pathlib import Path
+from shlex import join
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from plotly.offline import get_plotlyjs
@@ -23,6 +24,8 @@ from hil_tests.report.figures import figures
 from hil_tests.report.words import clock, lasting
 from hil_tests.scenario.fault import AXES, Fault
 
+# In a play's folder: the gateway's configuration, and the packets that it heard; logs of the buses are beside them.
+CONFIG, HEARD = "gateway.toml", "heard.tlog"
 PACKING = 6  # beyond it, a few hundredths less for four times the time
 
 
@@ -62,7 +65,7 @@ class Section:
         lines: what happened, in order of time.
         plots: titles and sizes, in the order of `drawings`.
         drawings: of the plots, packed.
-        play_again: command.
+        again: commands that play it once more, and that replay what the gateway heard.
     """
 
     outcome: Outcome
@@ -76,7 +79,7 @@ class Section:
     lines: Sequence[Line]
     plots: Sequence[Plot]
     drawings: str
-    play_again: str
+    again: Sequence[str]
 
 
 def write_report(outcomes: Sequence[Outcome], path: Path) -> None:
@@ -135,8 +138,21 @@ def _section(outcome: Outcome) -> Section:
         lines=list(happenings(outcome)),
         plots=[Plot(one.title, one.height_px, one.main) for one in drawn],
         drawings=packed(json.dumps([one.json for one in drawn], separators=(",", ":"), allow_nan=False)),
-        play_again=f"gateway hil play {outcome.path.as_posix()}",
+        again=list(_again(outcome)),
     )
+
+
+def _again(outcome: Outcome) -> Iterator[str]:
+    yield join(["gateway", "hil", "play", outcome.path.as_posix(), "--seed", str(outcome.scenario.seed)])
+    folder = outcome.folder
+    if folder is None:
+        return
+    logs = [
+        path for path in (*sorted(folder.glob("*.log")), folder / HEARD) if path.is_file() and path.stat().st_size
+    ]
+    if logs:
+        files = [path.as_posix() for path in (folder / CONFIG, *logs)]
+        yield join(["gateway", "replay", *files, "--out", (folder / "replay").as_posix()])
 
 
 def _speed(outcome: Outcome) -> str:

@@ -85,22 +85,19 @@ def _speed(outcome: Outcome) -> Iterator[Figure]:
 
 
 def _normal_range(settings: Mapping[str, Any]) -> list[Json]:
-    """A band of the speeds that the scenario's own settings call normal."""
+    """A band of the speeds that the scenario's own settings for the gateway call normal."""
     speed = settings.get("speed", {})
-    if not {"speed_min_mps", "speed_max_mps"} <= speed.keys():
+    if not {"minimum_mps", "maximum_mps"} <= speed.keys():
         return []
-    place = {
-        "xref": "paper",
-        "x0": 0,
-        "x1": 1,
-        "yref": "y",
-        "y0": speed["speed_min_mps"],
-        "y1": speed["speed_max_mps"],
+    place = {"xref": "paper", "x0": 0, "x1": 1, "yref": "y", "y0": speed["minimum_mps"], "y1": speed["maximum_mps"]}
+    look = {
+        "type": "rect",
+        "layer": "below",
+        "fillcolor": LEVELS[Level.NORMAL],
+        "opacity": 0.12,
+        "line": {"width": 0},
     }
-    return [
-        place
-        | {"type": "rect", "layer": "below", "fillcolor": LEVELS[Level.NORMAL], "opacity": 0.12, "line": {"width": 0}}
-    ]
+    return [place | look]
 
 
 def _depth_and_supply(outcome: Outcome, truth: Truth) -> Figure:

@@ -199,6 +199,34 @@ def test_a_play_that_broke_off_at_once_and_a_run_of_none(tmp_path: Path) -> None
     assert "0 of 0 scenarios passed" in (tmp_path / "report.html").read_text()
 
 
+def test_how_to_play_it_once_more_and_replay_what_was_heard(tmp_path: Path) -> None:
+    folder = tmp_path / "weeds and all"
+    folder.mkdir()
+    (folder / "can.log").write_text("(0.0) can0 123#00\n")
+    (folder / "heard.tlog").write_bytes(b"")
+    words = page(dive(folder=folder, path=Path("my dives/weeds.yaml"))).words
+    assert "gateway hil play 'my dives/weeds.yaml' --seed 0" in words
+    assert f"gateway replay '{folder}/gateway.toml' '{folder}/can.log' --out '{folder}/replay'" in words
+    assert "gateway replay" not in page(dive()).words
+
+
+def test_normal_speeds_are_a_band_where_the_scenario_tells_them() -> None:
+    def bands(outcome: Outcome) -> list[tuple[float, float]]:
+        (plot,) = [one for one in figures(outcome, ()) if one.title == "Speed"]
+        go.Figure(plot.json)
+        return [
+            (one["y0"], one["y1"]) for one in plot.layout["shapes"] if one["type"] == "rect" and one["yref"] == "y"
+        ]
+
+    outcome = dive()
+    told = outcome.scenario.gateway.model_copy(
+        update={"settings": {"speed": {"minimum_mps": 0.6, "maximum_mps": 1.0}}}
+    )
+    scenario = outcome.scenario.model_copy(update={"gateway": told})
+    assert bands(outcome) == []
+    assert bands(replace(outcome, scenario=scenario)) == [(0.6, 1.0)]
+
+
 def test_packed_text_is_unpacked() -> None:
     assert decompress(b64decode(packed("T3 ✓"))).decode() == "T3 ✓"
 
