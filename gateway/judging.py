@@ -44,6 +44,7 @@ class Judging:
         clock: to see how far behind judging is.
         record: gets each batch's outcomes in the worker thread, for what takes time.
         tell: gets them in the event loop.
+        collect_s: what arrives within this time is judged together.
 
     Attributes:
         lost: readings that were not judged, by cause.
@@ -56,8 +57,10 @@ class Judging:
         clock: Clock,
         record: Callable[[Sequence[Outcome]], None],
         tell: Callable[[Sequence[Outcome]], None],
+        collect_s: float = COLLECT_S,
     ) -> None:
         self._pipeline, self._clock, self._record, self._tell = pipeline, clock, record, tell
+        self._collect_s = collect_s
         self._waiting: asyncio.Queue[Work] = asyncio.Queue(WAITING_MAX)
         self._closed = False
         self._pace = _Pace()
@@ -90,7 +93,7 @@ class Judging:
         """Judges until it is cancelled."""
         while True:
             if self._waiting.qsize() < BATCH_MAX:
-                await asyncio.sleep(COLLECT_S)
+                await asyncio.sleep(self._collect_s)
             batch = [await self._waiting.get(), *self._next(BATCH_MAX - 1)]
             await self._judge([*self._own_pace(), *batch])
             self._look_at_pace(batch)

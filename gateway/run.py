@@ -27,7 +27,7 @@ from gateway.control.protocol import STATUS, Answer, Request, Said
 from gateway.control.server import ControlSocket
 from gateway.control.subject_words import watched_subjects
 from gateway.findings import Finding, FindingsFile
-from gateway.judging import Judging
+from gateway.judging import COLLECT_S, Judging
 from gateway.memory import Memory
 from gateway.operator import ALL, code_of
 from gateway.outlet import Observer, Outlet
@@ -58,6 +58,7 @@ async def run(
     service: Service | None = None,
     port_of: PortOf | None = None,
     connect: Connect = open_transport,
+    collect_s: float = COLLECT_S,
 ) -> Summary:
     """Watches until `stop` is set.
 
@@ -71,6 +72,7 @@ async def run(
         service: is told how the run goes; None: nobody is.
         port_of: how a CAN bus is opened; None: as it is configured.
         connect: how the autopilot's link is opened.
+        collect_s: what arrives within this time is judged together; findings are the same, texts come as much later.
 
     Returns:
         What the run came to.
@@ -84,7 +86,9 @@ async def run(
     with threadpool_limits(limits=1, user_api="blas"), FindingsFile(config.files.findings) as findings:
         pipeline = Pipeline(config, factories)
         services = service or Service({})
-        session = _Session(config, pipeline, clock or Clock(), observer, findings, services, port_of, connect)
+        session = _Session(
+            config, pipeline, clock or Clock(), observer, findings, services, port_of, connect, collect_s
+        )
         return await session.run(stop or asyncio.Event(), accept or asyncio.Event())
 
 
@@ -101,6 +105,7 @@ class _Session:
         service: Service,
         port_of: PortOf | None,
         connect: Connect,
+        collect_s: float,
     ) -> None:
         self._config, self._clock, self._pipeline, self._service = config, clock, pipeline, service
         self._memory = Memory(config.files.state, config.files.young_s, clock.now)
@@ -117,7 +122,7 @@ class _Session:
             None if self._companion is None else self._companion.send,
             clock.now,
         )
-        self._judging = Judging(pipeline, clock, self._record, self._tell)
+        self._judging = Judging(pipeline, clock, self._record, self._tell, collect_s)
         self._operator = LocalOperator(watched_subjects(config), self._judging.put, clock.now)
         self._control = ControlSocket(config.files.control, self._answer)
         self._levels = pipeline.levels()

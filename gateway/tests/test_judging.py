@@ -54,7 +54,7 @@ class Bench:
         self.pipeline = Pipeline(config, Factories(thruster=self._make))
         self.recorded: list = []
         self.told: list = []
-        self.judging = Judging(self.pipeline, self.clock, self.recorded.extend, self.told.extend)
+        self.judging = Judging(self.pipeline, self.clock, self.recorded.extend, self.told.extend, collect_s=0.0)
         self._count = 0
 
     def _make(self, *args: object) -> SlowDetector:
@@ -79,8 +79,7 @@ class Bench:
 
 
 @pytest.fixture
-def bench(config, monkeypatch) -> Bench:
-    monkeypatch.setattr(judging, "COLLECT_S", 0.0)
+def bench(config) -> Bench:
     return Bench(config)
 
 
@@ -169,7 +168,6 @@ async def test_how_late_it_is_is_said_once_a_second_and_before_all_that_waits(be
 
 async def test_what_finds_no_room_is_counted_and_told(config, monkeypatch):
     monkeypatch.setattr(judging, "WAITING_MAX", 5)
-    monkeypatch.setattr(judging, "COLLECT_S", 0.0)
     bench = Bench(config)
     told = paces(bench, monkeypatch)
     running = asyncio.create_task(bench.judging.run())

@@ -16,6 +16,7 @@ from drivers.clock import Clock
 from drivers.mavlink.transports import Connect, open_transport
 from gateway.can_source import PortOf
 from gateway.config import Config
+from gateway.judging import COLLECT_S
 from gateway.pipeline import Factories
 from gateway.run import run
 from gateway.summary import Summary
@@ -54,15 +55,17 @@ class GatewayRun:
 
 @dataclass(frozen=True, slots=True)
 class Connections:
-    """How a gateway in the play's own event loop opens its links.
+    """How a gateway in the play's own event loop opens its links, and how often it judges.
 
     Attributes:
         port_of: its CAN buses; None: as configured.
         connect: the autopilot's link.
+        collect_s: what arrives within this time is judged together.
     """
 
     port_of: PortOf | None = None
     connect: Connect = open_transport
+    collect_s: float = COLLECT_S
 
 
 @asynccontextmanager
@@ -87,6 +90,7 @@ async def gateway_in_loop(
                 factories=factories,
                 port_of=connections.port_of,
                 connect=connections.connect,
+                collect_s=connections.collect_s,
             ),
             name="gateway",
         )
