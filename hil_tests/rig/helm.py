@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import isfinite, pi, radians
+from math import copysign, isfinite, pi, radians
 
 from hil_tests.rig.pilot import Sticks
 from hil_tests.rig.vehicle import Motion
+
+# Within this share of the greatest turn rate a pilot lets a vehicle at rest be.
+CALM_SHARE = 0.05
+# ... and else it takes so much more stick: thrust grows with the square of the command.
+IDLE_GAIN = 4.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +55,7 @@ class Steering:
         turn_rate_radps: at most.
         rate_per_s: turn rate that is wanted for each radian off the heading.
         stick_per_radps: yaw stick for each rad/s that it turns too slowly.
+        dead_band: yaw stick below which nothing turns, where the thrusters have nothing else to do.
 
     Raises:
         ValueError: a number that is not above 0.
@@ -58,6 +64,7 @@ class Steering:
     turn_rate_radps: float = 0.35
     rate_per_s: float = 1.0
     stick_per_radps: float = 0.04
+    dead_band: float = 0.065
 
     def __post_init__(self) -> None:
         for name in self.__slots__:
@@ -65,11 +72,20 @@ class Steering:
             if not (isfinite(value) and value > 0.0):
                 raise ValueError(f"{name} = {value!r}: want a number above 0")
 
-    def stick(self, heading_rad: float, motion: Motion) -> float:
-        """Where the yaw stick must be to come to a heading, and to keep it."""
+    def stick(self, heading_rad: float, motion: Motion, idle: bool = False) -> float:
+        """Where the yaw stick must be to come to a heading, and to keep it.
+
+        Args:
+            heading_rad: that is wanted.
+            motion: of the vehicle.
+            idle: the thrusters have nothing else to do, and are within their dead band.
+        """
         off_rad = (heading_rad - motion.yaw_rad + pi) % (2.0 * pi) - pi
         wanted_radps = max(-self.turn_rate_radps, min(self.turn_rate_radps, self.rate_per_s * off_rad))
-        stick = self.stick_per_radps * (wanted_radps - motion.yaw_rate_radps)
+        off_radps = wanted_radps - motion.yaw_rate_radps
+        stick = self.stick_per_radps * off_radps
+        if idle and abs(off_radps) > CALM_SHARE * self.turn_rate_radps:
+            stick = IDLE_GAIN * stick + copysign(self.dead_band, off_radps)
         return max(-1.0, min(1.0, stick))
 
 

@@ -43,7 +43,7 @@ class MissionPilot:
         self._sticks = Sticks()
         if mission.course is not None:
             course = Course(tuple(map(radians, mission.course.headings_deg)), mission.course.leg_s)
-            self._hands["yaw"] = lambda since_s, motion: helm.stick(course.heading_rad(since_s), motion)
+            self._hands["yaw"] = lambda since_s, motion: self._steer(course.heading_rad(since_s), motion)
 
     def sticks(self, since_s: float, motion: Motion, commander: Commander) -> Sticks:
         """Do what is due, and say where the sticks are then; `since_s` must not go back.
@@ -75,11 +75,15 @@ class MissionPilot:
             self._move(step)
         if step.heading_deg is not None:
             wanted_rad = radians(step.heading_deg)
-            self._hands["yaw"] = lambda _, motion: self._helm.stick(wanted_rad, motion)
+            self._hands["yaw"] = lambda _, motion: self._steer(wanted_rad, motion)
         if step.depth_m is not None:
             self._hands["down"] = Depth(step.depth_m, self._sticks.down)
         if step.speed_mps is not None:
             self._hands["forward"] = SpeedAhead(step.speed_mps, self._sticks.forward)
+
+    def _steer(self, heading_rad: float, motion: Motion) -> float:
+        idle = max(abs(self._sticks.forward), abs(self._sticks.right)) < self._helm.dead_band
+        return self._helm.stick(heading_rad, motion, idle)
 
     def _move(self, step: Step) -> None:
         """Sticks that the step names are moved from where they are."""

@@ -7,26 +7,19 @@ The same scenario, seed and calls give the same bytes.
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Sequence
-from typing import Any
 
 from drivers.can.frame import CanFrame
-from hil_tests.rig import acoustic, dvl
-from hil_tests.rig.acoustic import AcousticSystem
 from hil_tests.rig.ardusub import ArduSub, Mode
-from hil_tests.rig.bus_clock import BusClock
+from hil_tests.rig.bus_traffic import BusTraffic, taken
 from hil_tests.rig.commander import Commander
-from hil_tests.rig.esc_messages import EscReport
-from hil_tests.rig.instruments import Equipment, Instruments
 from hil_tests.rig.mavlink_autopilot import MavlinkAutopilot
 from hil_tests.rig.mission_pilot import MissionPilot
-from hil_tests.rig.navigation import NavigationFilter
-from hil_tests.rig.nodes import AutopilotNode, EscNodes, nodes_of
 from hil_tests.rig.notes import Notes
 from hil_tests.rig.physical import PhysicalFaults, water
 from hil_tests.rig.profile import Profile
 from hil_tests.rig.px4 import MainMode, Px4
+from hil_tests.rig.sensing import Sensing
 from hil_tests.rig.telemetry import Telemetry
 from hil_tests.rig.truth import ModeChange, Truth, TruthLog
 from hil_tests.rig.vehicle import Motion, Vehicle
@@ -77,13 +70,13 @@ class World:
         )
         self._mixer = self.vehicle.layout
         self._pilot = MissionPilot(mission, seed, profile.helm)
-        self._sensing = _Sensing(profile, seed, at_first)
+        self._sensing = Sensing(profile, seed, at_first)
         self._commander = _commander(profile, mission)
         self._has_autopilot = autopilot
         self._datagrams: list[tuple[float, bytes]] = []
         self._now_s = start_s
         self._autopilot = MavlinkAutopilot(self._send, self._commander, key=key)
-        self._traffic = _Traffic(profile, self.vehicle)
+        self._traffic = BusTraffic(profile, self.vehicle)
         self._silent_until_s = -1.0
         self._commands = [0.0] * len(self.vehicle.thrusters)
         self._log = TruthLog(len(self.vehicle.thrusters))
@@ -103,11 +96,11 @@ class World:
 
     def sent_by_autopilot(self) -> list[CanFrame]:
         """CAN frames that have been on the bus since this was last asked."""
-        return self._traffic.taken(self._traffic.by_autopilot, self._now_s)
+        return taken(self._traffic.by_autopilot, self._now_s + EARLY_S)
 
     def sent_by_devices(self) -> list[CanFrame]:
         """The same of the ESCs."""
-        return self._traffic.taken(self._traffic.by_devices, self._now_s)
+        return taken(self._traffic.by_devices, self._now_s + EARLY_S)
 
     def to_devices(self, frames: Sequence[CanFrame]) -> None:
         """CAN frames have come to the ESCs."""
@@ -178,101 +171,6 @@ class World:
 
     def _is_due(self, period_s: float) -> bool:
         return self._steps % max(round(period_s / self._step_s), 1) == 0
-
-
-class _Sensing:
-    """The sensors, and who tells of them.
-
-    Attributes:
-        filter: of the autopilot, for position and attitude.
-        instruments: that it reads; None: none of which it tells.
-    """
-
-    def __init__(self, profile: Profile, seed: int, at_first: Motion) -> None:
-        sensors = profile.sensors
-        equipment = Equipment(imu=sensors.imu, dvl=sensors.dvl, pressure=sensors.pressure)
-        self.filter = NavigationFilter(sensors.navigation, seed)
-        self.instruments = Instruments(equipment, seed, at_first)
-        self._acoustic = AcousticSystem(sensors.acoustic, seed) if sensors.acoustic else None
-
-    def messages(
-        self, since_s: float, time_s: float, motion: Motion, step_s: float
-    ) -> list[tuple[Any, int, int | None]]:
-        """Feel a step; messages of sensors that speak for themselves, each with component and system id."""
-        self.instruments.step(motion, step_s)
-        said: list[tuple[Any, int, int | None]] = []
-        velocity = self.instruments.vision_position_delta(since_s)
-        if velocity:
-            said.append((velocity, dvl.COMPONENT_ID, dvl.SYSTEM_ID))
-        fix = self._acoustic and self._acoustic.due(since_s, time_s, motion)
-        if fix:
-            said.append((fix, acoustic.COMPONENT_ID, None))
-        return said
-
-
-class _Traffic:
-    """The CAN bus: who says what when, as it fits.
-
-    Attributes:
-        autopilot, escs: its nodes.
-        reported: what each ESC said last.
-        by_autopilot, by_devices: frames that nobody has asked for yet.
-    """
-
-    def __init__(self, profile: Profile, vehicle: Vehicle) -> None:
-        self.autopilot: AutopilotNode
-        self.escs: EscNodes
-        self.autopilot, self.escs = nodes_of(profile)
-        self._vehicle = vehicle
-        self._signs = [-1.0 if thruster.reverse else 1.0 for thruster in profile.thrusters]
-        self._clock = BusClock(profile.bus.bitrate)
-        self._command_steps = profile.steps(profile.bus.command_hz)
-        self._report_steps = profile.steps(profile.bus.report_hz)
-        self._window_s = 1.0 / profile.bus.report_hz
-        self._step_s = profile.step_s
-        self._restarts: dict[int, int] = {}
-        self.reported = [EscReport(0.0, vehicle.battery.voltage_v, 0.0)] * len(self._signs)
-        self.by_autopilot: deque[CanFrame] = deque()
-        self.by_devices: deque[CanFrame] = deque()
-
-    def command(self, step: int, time_s: float, commands: Sequence[float]) -> None:
-        """The autopilot tells the ESCs, if it is time."""
-        if step % self._command_steps == 0:
-            raw = [sign * command for sign, command in zip(self._signs, commands, strict=True)]
-            self.by_autopilot += self._clock.send(time_s, self.autopilot.publish(time_s, raw))
-
-    def obeyed(self, time_s: float) -> list[float]:
-        """What the ESCs do now, as parts of full thrust ahead."""
-        return [sign * raw for sign, raw in zip(self._signs, self.escs.commands(time_s), strict=True)]
-
-    def restart(self, faults: PhysicalFaults, since_s: float) -> frozenset[int]:
-        """ESCs that restart now do so; numbers of those that are down."""
-        for number, resets in faults.resets.items():
-            began = sum(reset.began(since_s) for reset in resets)
-            if began != self._restarts.get(number, 0):
-                self._restarts[number] = began
-                self.escs.restart(number - 1)
-        return faults.down(since_s)
-
-    def report(self, step: int, time_s: float, down: frozenset[int]) -> None:
-        """ESCs report whose turn it is: each at its own place in the period; they do not all speak at once."""
-        count = len(self._signs)
-        for place, sign in enumerate(self._signs):
-            turn = (place + 0.5) * self._report_steps / count
-            if step % self._report_steps == int(turn) and place + 1 not in down:
-                asked_s = time_s + (turn - int(turn)) * self._step_s
-                measured = self._vehicle.thrusters[place].measure(self._window_s)
-                report = EscReport(sign * measured.speed_rpm, self._vehicle.battery.voltage_v, measured.supply_a)
-                self.reported[place] = report
-                self.by_devices += self._clock.send(asked_s, self.escs.report(asked_s, place, report))
-
-    @staticmethod
-    def taken(frames: deque[CanFrame], time_s: float) -> list[CanFrame]:
-        """Those of the frames that have been on the bus by a time; they are asked for once."""
-        taken = []
-        while frames and frames[0].time_s <= time_s + EARLY_S:
-            taken.append(frames.popleft())
-        return taken
 
 
 def _commander(profile: Profile, mission: Mission) -> Commander:
