@@ -44,6 +44,15 @@ class BrokenWire(HoldingWire):
         raise RuntimeError("the wire broke")
 
 
+class FragileWire(HoldingWire):
+    """Fails with the first frame that has no data."""
+
+    def put(self, time_s, item, towards):
+        if not item.data:
+            raise RuntimeError("the wire broke")
+        super().put(time_s, item, towards)
+
+
 @dataclass
 class Port:
     """A bus in memory, as far as `BusEnd` knows one.
