@@ -16,6 +16,7 @@ from hil_tests.playback.outcome import Outcome
 from hil_tests.report.commands import ANY, acts, told, word_of
 from hil_tests.rig.notes import ReceivedCommand, ReceivedText
 from hil_tests.scenario.expectations import FindingPattern
+from hil_tests.scenario.finding_subjects import subject_matches
 
 SIMILAR = 0.5  # ratio of equal letters from which on a text passes for what was meant
 
@@ -94,7 +95,9 @@ class WantedFinding:
 
     def _of_subject(self, item: Finding) -> bool:
         besides = self.pattern.besides
-        return _matches(self.pattern.subject, item.subject) and not (besides and _matches(besides, item.subject))
+        return subject_matches(self.pattern.subject, item.subject) and not (
+            besides and subject_matches(besides, item.subject)
+        )
 
     def _of_level(self, item: Finding) -> bool:
         if self.pattern.level is not None and item.level is not Level[self.pattern.level]:
@@ -103,11 +106,6 @@ class WantedFinding:
 
     def _says(self, item: Finding) -> bool:
         return self.pattern.text is None or re.search(self.pattern.text, item.text) is not None
-
-
-def _matches(pattern: str, subject: str) -> bool:
-    """`*` stands for any letters; in capitals or not."""
-    return re.fullmatch(".*".join(map(re.escape, pattern.split("*"))), subject, re.IGNORECASE) is not None
 
 
 @dataclass(frozen=True, slots=True)

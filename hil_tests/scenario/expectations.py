@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Literal, Self
+from typing import Literal, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
 from gateway.supervision.actions import Action, sends
+from hil_tests.scenario.finding_subjects import SubjectPattern
 from hil_tests.scenario.section import Pattern, Seconds, SecondsAbove0, Section, Several
 
 # what the failsafe can ask of an autopilot
@@ -18,30 +19,13 @@ EXPECTED = ("finding", "statustext", "command", "mode")
 FORBIDDEN = ("finding", "statustext", "command")
 
 
-# First words of all subjects of findings: what begins otherwise is never found, and never missed.
-SUBJECTS = (
-    *("thruster", "vehicle", "navigation", "dvl", "depth sensor", "gyroscope", "accelerometer"),
-    *("link", "gateway", "failsafe", "operator"),
-)
-
-
-def _of_a_finding(pattern: str) -> str:
-    beginning = pattern.partition("*")[0].lower()
-    if not any(f"{subject} ".startswith(beginning) or beginning.startswith(f"{subject} ") for subject in SUBJECTS):
-        raise ValueError(f"no finding is of that: want {', '.join(SUBJECTS)}, or one of these with more behind it")
-    return pattern
-
-
-Subjects = Annotated[str, Field(min_length=1, pattern=r"^[A-Za-z0-9_ *-]+$"), AfterValidator(_of_a_finding)]
-
-
 class FindingPattern(Section):
     """A finding; what is left out may be anything."""
 
-    subject: Subjects = Field(
+    subject: SubjectPattern = Field(
         default="*", description='"thruster 3", "vehicle", "dvl", "link can0"...; `*` stands for any letters'
     )
-    besides: Subjects | None = Field(
+    besides: SubjectPattern | None = Field(
         default=None, description='but for these: {subject: "thruster *", besides: "thruster 3*"}'
     )
     level: Literal["UNKNOWN", "NORMAL", "SUSPECT", "FAULT"] | None = Field(

@@ -90,7 +90,7 @@ def test_findings_are_taken_by_their_own_time_whatever_their_order() -> None:
         ({"subject": "thruster 3"}, True),
         ({"subject": "Thruster *"}, True),
         ({"subject": "*"}, True),
-        ({"subject": "thruster"}, False),
+        ({"subject": "thruster 4"}, False),
         ({"subject": "thruster *", "besides": "thruster 3*"}, False),
         ({"subject": "thruster *", "besides": "thruster 4"}, True),
         ({"subject": "thruster 3 esc"}, False),
