@@ -21,6 +21,7 @@ from hil_tests.report.account import Line, counted, happenings, name_of
 from hil_tests.report.check import Check
 from hil_tests.report.expectations import checks, found_after_s
 from hil_tests.report.figures import figures
+from hil_tests.report.table import summary
 from hil_tests.report.words import clock, lasting
 from hil_tests.scenario.fault import AXES, Fault
 
@@ -99,10 +100,12 @@ def report_html(outcomes: Sequence[Outcome], written: datetime) -> str:
         written: when; aware of its time zone.
     """
     sections = sorted((_section(outcome) for outcome in outcomes), key=lambda one: one.passed)
+    passed = sum(one.passed for one in sections)
     pages = Environment(loader=FileSystemLoader(Path(__file__).parent), autoescape=True, undefined=StrictUndefined)
     return pages.get_template("report.html").render(
         sections=sections,
-        passed=sum(one.passed for one in sections),
+        summary=summary(passed, len(sections)),
+        all_passed=passed == len(sections),
         played_s=round(sum(one.played_s for one in sections)),
         wall_s=round(sum(outcome.wall_s for outcome in outcomes)),
         written=written.astimezone(UTC).strftime("%Y-%m-%d %H:%M UTC"),
