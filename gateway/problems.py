@@ -45,6 +45,10 @@ class ConfigError(ValueError):
         count = f"{len(problems)} problem{'s' if len(problems) != 1 else ''}"
         super().__init__("\n  ".join([f"{source}: {count}", *map(str, problems)]))
 
+    def __reduce__(self) -> tuple[type[ConfigError], tuple[str, Sequence[Problem]]]:
+        """From process to process, with all that it says."""
+        return type(self), (self.source, self.problems)
+
 
 def _shown(value: object) -> str:
     if isinstance(value, Path):  # its end is what tells it from others

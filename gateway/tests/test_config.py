@@ -1,6 +1,7 @@
 """The configuration: what is in the examples, and what is said of everything that is wrong."""
 
 import math
+import pickle
 from importlib.resources import files
 from pathlib import Path
 
@@ -534,3 +535,10 @@ tables = st.dictionaries(
 def test_no_table_whatever_raises_anything_but_config_error(data):
     with pytest.raises(ConfigError):  # none of these is valid: there is no complete thruster
         module._Parser(data, Path("/nowhere")).config("generated")
+
+
+def test_problems_go_from_process_to_process(tmp_path):
+    with pytest.raises(ConfigError) as raised:
+        parse("[vehicle]", tmp_path, "some.toml")
+    passed_on = pickle.loads(pickle.dumps(raised.value))
+    assert (str(passed_on), passed_on.problems) == (str(raised.value), raised.value.problems)

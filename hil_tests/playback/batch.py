@@ -10,6 +10,7 @@ from typing import Any
 
 from hil_tests.playback.outcome import Outcome
 from hil_tests.processes import processes
+from hil_tests.scenario.loading import load_scenario
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,9 +61,22 @@ def _tell(futures: Sequence[Future[Outcome]], done: Callable[[Outcome], None]) -
 
 
 def _play(job: Job) -> Outcome:
+    """Plays it; one that cannot be played is no reason not to play the others."""
     from hil_tests.playback.play import play_file
 
-    return play_file(job.path, job.folder, changes=job.changes)
+    try:
+        return play_file(job.path, job.folder, changes=job.changes)
+    except (OSError, ValueError) as error:
+        return Outcome(
+            scenario=load_scenario(job.path),
+            path=job.path,
+            way="not played",
+            start_s=0.0,
+            end_s=0.0,
+            wall_s=0.0,
+            broken=str(error),
+            folder=job.folder,
+        )
 
 
 def _told(outcome: Outcome, done: Callable[[Outcome], None]) -> Outcome:

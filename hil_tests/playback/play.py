@@ -16,7 +16,9 @@ from drivers.clock import Clock
 from gateway.config import Config
 from gateway.findings import Finding
 from gateway.pipeline import Factories
+from hil_tests.dive_logs.laps import Part
 from hil_tests.playback.ends import VehicleBus, VehicleLink
+from hil_tests.playback.fitting import BUS, load_fitting
 from hil_tests.playback.gateway_under_test import (
     Connections,
     GatewayFailedError,
@@ -26,6 +28,7 @@ from hil_tests.playback.gateway_under_test import (
 )
 from hil_tests.playback.memory import MemoryBus, MemoryLink
 from hil_tests.playback.outcome import Outcome, Series
+from hil_tests.playback.recorded import DiveLogs, RecordedDive
 from hil_tests.playback.recorder import Recorder
 from hil_tests.playback.session import STEP_S, Parts, Session
 from hil_tests.playback.settings import CONFIG, FINDINGS, HOST, Meeting, in_memory, write_config
@@ -35,12 +38,10 @@ from hil_tests.profiles.loading import load_profile
 from hil_tests.rig.notes import ReceivedValue
 from hil_tests.rig.world import World
 from hil_tests.scenario.document import Scenario
-from hil_tests.scenario.loading import load_scenario
 from hil_tests.wires.can_signals import CanSignals
 from hil_tests.wires.can_wire import CanWire
 from hil_tests.wires.mavlink_wire import MavlinkWire
 
-BUS, LINK = "can0", "mavlink"
 # Judging three times a second, not ten times, takes half the time; findings are the same, and the pilot reads them a
 # quarter of a second later at most.
 COLLECT_S = 0.3
@@ -95,7 +96,7 @@ def play_file(
         CanPortError: there is no such bus.
         OSError: the folder cannot be written to.
     """
-    scenario = load_scenario(path).model_copy(update=dict(changes or {}))
+    scenario = load_fitting(path)[0].model_copy(update=dict(changes or {}))
     return play(scenario, path, folder, way, progress)
 
 
@@ -143,7 +144,7 @@ class _Play:
         self._scenario, self._path, self._folder, self._progress = scenario, path, folder, progress
         self._factories = factories
         self._profile = load_profile(scenario.vehicle, path.parent)
-        self._world: World | None = None
+        self._vehicle: World | RecordedDive | None = None
         self._can_wire: CanWire | None = None
         self._mavlink_wire: MavlinkWire | None = None
         self._start_s = self._end_s = 0.0
@@ -193,16 +194,34 @@ class _Play:
         gateway: GatewayRun,
     ) -> None:
         scenario, start_s = self._scenario, round(clock.now(), 6)
+        bus_name = config.can[0].name if config.can else BUS
         self._start_s = start_s
-        self._world = World(scenario, self._profile, start_s, key=key)
-        self._can_wire = CanWire(BUS, CanSignals.of(config, BUS), scenario.faults, start_s, scenario.seed)
+        self._vehicle = self._cast(config, start_s, key)
+        self._can_wire = CanWire(bus_name, CanSignals.of(config, bus_name), scenario.faults, start_s, scenario.seed)
         self._mavlink_wire = MavlinkWire(scenario.faults, start_s, scenario.seed, key, config)
         with Recorder(self._folder) as recorder:
-            parts = Parts(self._world, bus, self._can_wire, BUS, link, self._mavlink_wire, recorder)
+            parts = Parts(
+                vehicle=self._vehicle,
+                is_recorded=scenario.recording is not None,
+                bus=bus,
+                can_wire=self._can_wire,
+                bus_name=bus_name,
+                link=link,
+                mavlink_wire=self._mavlink_wire,
+                recorder=recorder,
+            )
             late_s = await self._steps(clock, Session(parts), gateway)
         self._end_s = clock.now()
         if late_s > LATE_S:
             self._account.append(f"the vehicle fell behind by up to {late_s:.1f} s: this machine is too slow for it")
+
+    def _cast(self, config: Config, start_s: float, key: bytes | None) -> World | RecordedDive:
+        """Who plays the vehicle."""
+        recording = self._scenario.recording
+        if recording is None:
+            return World(self._scenario, self._profile, start_s, key=key)
+        part = Part(recording.from_s, recording.to_s)
+        return RecordedDive(DiveLogs(recording.logs, self._path.parent, part), config, start_s, key)
 
     async def _steps(self, clock: Clock, session: Session, gateway: GatewayRun) -> float:
         """Lets the time pass; returns by how much the latest step was late."""
@@ -219,7 +238,7 @@ class _Play:
 
     def outcome(self, way: str, broken: str | None) -> Outcome:
         """What came of it."""
-        world = self._world
+        vehicle = self._vehicle
         found = Outcome(
             scenario=self._scenario,
             path=self._path,
@@ -232,16 +251,16 @@ class _Play:
             broken=broken,
             folder=self._folder,
         )
-        if world is None or self._can_wire is None or self._mavlink_wire is None:
+        if vehicle is None or self._can_wire is None or self._mavlink_wire is None:
             return found
         return replace(
             found,
-            texts=world.notes.texts,
-            commands=world.notes.commands,
-            modes=world.modes,
-            scores={name: _series(values) for name, values in world.notes.values.items()},
-            truth=world.truth(),
-            wire_counts={BUS: dict(self._can_wire.counts), LINK: dict(self._mavlink_wire.counts)},
+            texts=vehicle.notes.texts,
+            commands=vehicle.notes.commands,
+            modes=vehicle.modes,
+            scores={name: _series(values) for name, values in vehicle.notes.values.items()},
+            truth=vehicle.truth() if isinstance(vehicle, World) else None,
+            wire_counts={"CAN": dict(self._can_wire.counts), "MAVLink": dict(self._mavlink_wire.counts)},
         )
 
 

@@ -76,16 +76,20 @@ def play(
 
 
 def _chosen(named: Sequence[str], tags: Sequence[str]) -> list[Path]:
-    """The files to play.
+    """The files to play, all of them checked: who waits for an hour does not want to hear of a slip at its end.
 
     Raises:
-        ValueError: there is no such scenario, or none with these tags.
+        ValueError: there is no such scenario, none with these tags, or one of them has problems.
     """
+    from hil_tests.playback.scenario_commands import problems_in
     from hil_tests.scenario.loading import load_scenario
     from hil_tests.scenario.shelf import scenario_files
 
     paths = scenario_files(named)
-    chosen = [path for path in paths if not tags or set(tags) <= set(load_scenario(path).tags)]
+    problems = list(problems_in(paths))
+    if problems:
+        raise ValueError("\n".join(problems))
+    chosen = [path for path in paths if set(tags) <= set(load_scenario(path).tags)]
     if not chosen:
         raise ValueError(f"none of {len(paths)} scenarios has the tags {', '.join(tags)}")
     return chosen

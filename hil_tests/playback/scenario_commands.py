@@ -73,7 +73,7 @@ def check(path: tuple[str, ...]) -> None:
     Exit code 0: all is well; 2: something is not.
     """
     files = _files(path)
-    problems = list(_problems(files))
+    problems = list(problems_in(files))
     for problem in problems:
         click.echo(problem, err=True)
     count = f"{len(files)} scenario{'s' if len(files) != 1 else ''}"
@@ -117,7 +117,7 @@ def check_one(path: Path) -> Scenario:
     return scenario
 
 
-def _problems(files: Sequence[Path]) -> Iterator[str]:
+def problems_in(files: Sequence[Path]) -> Iterator[str]:
     """What is wrong with each file, and with several of one name in one folder."""
     names: dict[tuple[Path, str], Path] = {}
     for path in files:

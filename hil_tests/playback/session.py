@@ -19,6 +19,7 @@ class Parts:
 
     Attributes:
         vehicle: all that is not under test.
+        is_recorded: the vehicle obeys nobody any more: what faults make of its commands is what is heard of them.
         bus, can_wire: the CAN bus by which the gateway hears ESCs, and what faults make of it; None: there is none.
         bus_name: in the gateway's configuration.
         link, mavlink_wire: the same of the autopilot's link.
@@ -26,6 +27,7 @@ class Parts:
     """
 
     vehicle: Vehicle
+    is_recorded: bool
     bus: VehicleBus | None
     can_wire: Wire[CanFrame]
     bus_name: str
@@ -53,17 +55,22 @@ class Session:
         self._exchange_packets(time_s)
 
     def _exchange_frames(self, bus: VehicleBus, time_s: float) -> None:
-        vehicle, wire = self._parts.vehicle, self._parts.can_wire
+        vehicle, wire, is_recorded = self._parts.vehicle, self._parts.can_wire, self._parts.is_recorded
         from_autopilot = vehicle.sent_by_autopilot()
-        bus.send(from_autopilot, ())
-        commands = [(frame, Towards.DEVICES) for frame in bus.heard_by_devices()]
+        if not is_recorded:
+            bus.send(from_autopilot, ())
+        commands = [(frame, Towards.DEVICES) for frame in (from_autopilot if is_recorded else bus.heard_by_devices())]
         reports = [(frame, Towards.AUTOPILOT) for frame in vehicle.sent_by_devices()]
-        for frame, towards in sorted([*commands, *reports], key=lambda one: one[0].time_s):
+        for frame, towards in sorted([*commands, *reports], key=_time_s):
             wire.put(frame.time_s, frame, towards)
         passed = wire.due(time_s)
-        vehicle.to_devices(_towards(passed, Towards.DEVICES))
-        from_devices = _towards(passed, Towards.AUTOPILOT)
-        bus.send((), from_devices)
+        to_devices, from_devices = (_towards(passed, end) for end in (Towards.DEVICES, Towards.AUTOPILOT))
+        if is_recorded:
+            from_autopilot = to_devices
+            bus.send(from_autopilot, from_devices)
+        else:
+            vehicle.to_devices(to_devices)
+            bus.send((), from_devices)
         on_bus = sorted([*from_autopilot, *from_devices], key=lambda frame: frame.time_s)
         self._parts.recorder.frames(self._parts.bus_name, on_bus)
 
@@ -80,6 +87,10 @@ class Session:
             else:
                 parts.recorder.heard(time_s, one.item)
                 parts.link.send(one.item)
+
+
+def _time_s(one: tuple[CanFrame, Towards]) -> float:
+    return one[0].time_s
 
 
 def _towards(passed: Sequence[Passed[CanFrame]], towards: Towards) -> list[CanFrame]:

@@ -71,10 +71,10 @@ def stage(tmp_path):
         yield vehicle, bus, link, recorder
 
 
-def session(stage, can_wire=None, mavlink_wire=None):
+def session(stage, can_wire=None, mavlink_wire=None, is_recorded=False):
     vehicle, bus, link, recorder = stage
     wires = can_wire or HoldingWire(0.0), mavlink_wire or HoldingWire(0.0)
-    return Session(Parts(vehicle, bus, wires[0], "can0", link, wires[1], recorder))
+    return Session(Parts(vehicle, is_recorded, bus, wires[0], "can0", link, wires[1], recorder))
 
 
 def frame(time_s, identifier=0x123, data=b"\x01"):
@@ -111,6 +111,17 @@ async def test_what_a_wire_holds_comes_later_and_commands_are_heard_by_the_gatew
     played.step(START_S + 1.0)
     assert [one.identifier for one in (await port.receive()).frames()] == [2]
     assert [one.identifier for one in vehicle.frames_heard] == [1]
+
+
+async def test_commands_of_a_recorded_dive_are_heard_as_faults_leave_them(stage):
+    vehicle, bus, _, _ = stage
+    port = bus.opener()([], Clock(), Counter())
+    vehicle.autopilot, vehicle.devices = [frame(0.0, 1)], [frame(0.001, 2)]
+    played = session(stage, can_wire=HoldingWire(1.0), is_recorded=True)
+    played.step(START_S + 0.5)
+    played.step(START_S + 1.5)
+    assert [one.identifier for one in (await port.receive()).frames()] == [1, 2]
+    assert vehicle.frames_heard == []
 
 
 async def test_packets_pass_both_ways_through_the_wire(stage):
