@@ -23,7 +23,7 @@ DIGITS = 4
 HOUR_S = 3600.0
 # The start of a play on the axis: small numbers would be taken for years. Its time of day is 0:00.
 ORIGIN_MS = 86_400_000
-SCORE_SHOWN_MAX = 3.0
+SCORE_SHOWN_MAX = 10.0
 
 LEVELS = {Level.UNKNOWN: "#8d99a6", Level.NORMAL: "#2f9e5b", Level.SUSPECT: "#e09f00", Level.FAULT: "#d62839"}
 MEASURED, HEALTHY, COMMAND, SCORE, OTHER = "#2a84e0", "#e88a12", "#8a66e0", "#d0428e", "#1a9aa0"
@@ -150,7 +150,9 @@ def threshold(row: int) -> Json:
 
 
 def score_axis(layout: Json, row: int, values: Iterable[Sequence[float | None]]) -> None:
-    """Cut the axis of a row of scores where only the worst of them would be seen; all can be zoomed out to."""
+    """Cut the axis of a row of scores where the threshold would no longer be seen, and say so."""
     highest = max((value for one in values for value in one if value is not None), default=0.0)
     axis = layout[f"yaxis{row}" if row > 1 else "yaxis"]
     axis["range"] = [0.0, min(max(1.25, 1.1 * highest), SCORE_SHOWN_MAX)]
+    if highest > SCORE_SHOWN_MAX:
+        axis["title"] = {"text": f"score, cut at {SCORE_SHOWN_MAX:g}"}

@@ -35,6 +35,7 @@ from hil_tests.report.words import clock
 from hil_tests.scenario.fault import Fault
 
 LANE_PX, MARGIN_PX = 24, 60
+MARGIN_SHARE = 0.012  # of the length, before the start: markers of the first moment are whole
 HALF = 0.36  # of a bar's height, in lanes
 URGENCY: Mapping[int, str] = {
     Severity.EMERGENCY: LEVELS[Level.FAULT],
@@ -75,6 +76,7 @@ class Marker:
 
 def timeline(outcome: Outcome, checks: Sequence[Check]) -> Figure:
     """The figure; `checks` are those of the play."""
+    length_s = outcome.end_s - outcome.start_s
     lanes = list(_lanes(outcome, checks))
     data = [_moved(trace, -index) for index, lane in enumerate(lanes) for trace in lane.traces]
     labels = [escape(lane.label) for lane in lanes]
@@ -91,9 +93,9 @@ def timeline(outcome: Outcome, checks: Sequence[Check]) -> Figure:
         "showlegend": False,
         "hovermode": "closest",
         "uniformtext": {"minsize": 9, "mode": "hide"},
-        "xaxis": time_axis(outcome),
+        "xaxis": time_axis(outcome, range=[instant(-MARGIN_SHARE * length_s), instant(length_s)]),
         "yaxis": axis,
-        "shapes": happened(outcome.scenario.faults, outcome.end_s - outcome.start_s),
+        "shapes": happened(outcome.scenario.faults, length_s),
     }
     return Figure("Time line", data, layout, MARGIN_PX + LANE_PX * len(lanes))
 

@@ -150,6 +150,8 @@ def test_the_worst_score_is_in_its_plot() -> None:
     (plot,) = [one for one in figures(outcome, ()) if one.title == "Thruster 3"]
     (trace,) = [one for one in plot.data if one["name"] == "score"]
     assert max(trace["y"]) == 99.0
+    assert plot.layout["yaxis3"]["title"]["text"] == "score, cut at 10"
+    assert plot.layout["yaxis3"]["range"] == [0.0, 10.0]
 
 
 def test_what_is_no_number_is_a_gap() -> None:
@@ -170,7 +172,7 @@ def test_a_stretch_of_a_level_lasts_until_the_next() -> None:
     lanes = dict(zip(line.layout["yaxis"]["ticktext"], line.layout["yaxis"]["tickvals"], strict=True))
     (bars,) = [one for one in line.data if one["type"] == "bar" and one["y"][0] == lanes["thruster 3"]]
     assert bars["text"] == ["UNKNOWN", "NORMAL", "SUSPECT", "FAULT", "NORMAL"]
-    origin = line.layout["xaxis"]["range"][0]
+    origin = bars["base"][0] - 100
     assert bars["base"][3] - origin == round(1000.0 * FOUND_S)
     ends = [base + length for base, length in zip(bars["base"], bars["x"], strict=True)]
     assert ends == [*bars["base"][1:], line.layout["xaxis"]["range"][1]]
