@@ -67,7 +67,7 @@ never:
 """
 
 
-def new_scenario(vehicle: str, faults: Sequence[str], schema: str = SCHEMA_FILE.as_posix()) -> str:
+def new_scenario(vehicle: str, faults: Sequence[str], schema: str = SCHEMA_FILE.as_uri()) -> str:
     """The text of a file.
 
     Args:

@@ -6,11 +6,14 @@ from math import inf
 from pathlib import Path
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from hil_tests.scenario.document import Scenario
 from hil_tests.scenario.fault import Fault, subject_named
 from hil_tests.scenario.loading import dump_scenario, find_scenarios, load_scenario, parse_scenario
+from hil_tests.scenario.shelf import scenario_files
 from hil_tests.yaml_document import DocumentError
 
 HERE = Path("/nowhere")
@@ -250,3 +253,42 @@ def test_a_file_that_cannot_be_read(tmp_path: Path) -> None:
 def test_a_fault_without_an_end_lasts() -> None:
     (fault,) = parse_scenario(f"{SHORT}faults: [{{at_s: 3, subject: dvl, failure: stuck}}]", HERE).faults
     assert fault.until_s == inf and fault.active(1e6)
+
+
+TOKENS = [
+    "",
+    "0",
+    "-1",
+    "1e999",
+    ".nan",
+    "off",
+    "{",
+    "}",
+    "[",
+    "]",
+    ": ",
+    "\n",
+    "- ",
+    "*",
+    "&a ",
+    "thruster 3",
+    "'",
+    "\t",
+    "\x85",
+    "!!int ",
+]
+
+
+@settings(max_examples=40)
+@given(st.sampled_from(scenario_files()), st.data())
+def test_damaged_files_are_refused_with_problems_or_are_well(path: Path, data: st.DataObject) -> None:
+    text = path.read_text(encoding="utf-8")
+    start = data.draw(st.integers(0, len(text)))
+    end = data.draw(st.integers(start, min(len(text), start + 30)))
+    damaged = text[:start] + data.draw(st.sampled_from(TOKENS)) + text[end:]
+    try:
+        scenario = parse_scenario(damaged, path.parent, str(path))
+    except DocumentError as error:
+        assert all(problem.wanted for problem in error.problems)
+    else:
+        assert parse_scenario(dump_scenario(scenario), path.parent) == scenario
