@@ -13,7 +13,9 @@ from gateway.config import parse
 from gateway.problems import ConfigError
 from gateway.wiring import can_decoder
 from hil_tests.profiles import load_profile, parse_profile, profile_names
+from hil_tests.rig.pilot import Sticks
 from hil_tests.rig.tests.loopback import run, world
+from hil_tests.rig.vehicle import Motion, Vehicle
 from hil_tests.scenario.document import Mission
 
 ENDPOINT = "udpin:127.0.0.1:0"
@@ -22,9 +24,8 @@ MINIMAL = "name: Mine\nthrusters:\n  - {name: main, ahead: 1}\n"
 
 def configuration(what, folder=None, **settings):
     where = folder or what.folder
-    return parse(
-        what.gateway_toml(where, interface="virtual", channel="x", endpoint=ENDPOINT, settings=settings), where
-    )
+    text = what.gateway_toml(where, interface="virtual", channel="x", endpoint=ENDPOINT, settings=settings)
+    return parse(text, where)
 
 
 def test_all_vehicles_are_there():
@@ -54,14 +55,10 @@ def test_what_the_gateway_hears_is_what_the_vehicle_did(name):
         (ThrusterReport, "speed_rpm", truth.speed_rpm, 0.03 * top_rpm),
     ):
         for number in range(1, len(what.thrusters) + 1):
-            told = [
-                (one.time_s, getattr(one, value))
-                for one in readings
-                if isinstance(one, kind) and one.thruster == number
-            ]
+            told = [one for one in readings if isinstance(one, kind) and one.thruster == number]
             assert len(told) >= 55
-            meant = np.interp([time_s for time_s, _ in told], truth.time_s, true[:, number - 1])
-            assert np.median(np.abs(meant - [one for _, one in told])) < near
+            meant = np.interp([one.time_s for one in told], truth.time_s, true[:, number - 1])
+            assert np.median(np.abs(meant - [getattr(one, value) for one in told])) < near
     voltages_v = [one.voltage_v for one in readings if isinstance(one, ThrusterReport)]
     assert voltages_v[-1] == pytest.approx(truth.supply_v[-1], abs=0.05)
 
@@ -78,15 +75,11 @@ def test_its_gateway_watches_all_that_there_is_to_watch(name):
 
 @pytest.mark.parametrize("name", profile_names())
 def test_it_moves_as_its_curve_of_speeds_says(name):
-    what = load_profile(name)
-    from hil_tests.rig.pilot import Sticks
-    from hil_tests.rig.vehicle import Vehicle
-
-    step_s = 0.05  # coarse, and good enough for a steady speed
+    what, step_s = load_profile(name), 0.05  # coarse, and good enough for a steady speed
     for command, speed_mps in what.gateway["speed"]["curve"]:
-        vehicle = Vehicle(step_s, 1, build=what.build())
+        vehicle = Vehicle(step_s, 1, build=what.build(), motion=Motion(forward_mps=speed_mps))
         commands = vehicle.layout.mix(Sticks(forward=command))
-        for step in range(1600):
+        for step in range(600):
             motion = vehicle.step(step * step_s, commands)
         assert motion.forward_mps == pytest.approx(speed_mps, rel=0.03)
 
