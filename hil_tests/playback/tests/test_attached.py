@@ -25,6 +25,7 @@ from drivers.readings import ThrusterCommand, ThrusterReport
 from gateway.config import parse
 from gateway.wiring import can_decoder
 from hil_tests.playback.attached import AttachedDevices, attached
+from hil_tests.playback.sockets import HOST, free_port
 from hil_tests.profiles.loading import load_profile
 from hil_tests.rig.commands import Result
 from hil_tests.rig.dvl import DvlErrors
@@ -32,7 +33,6 @@ from hil_tests.rig.ground_station import GroundStation, program
 from hil_tests.rig.profile_sections import Sensors
 from hil_tests.rig.truth import ModeChange
 from hil_tests.scenario.document import Scenario
-from hil_tests.tests.live_rig import HOST, free_port
 
 START_S = 1_700_000_000.0
 STEP_S = 0.02
