@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from hil_tests.playback.outcome import Outcome
     from hil_tests.playback.play import Way
+    from hil_tests.report.outcome import Outcome
     from hil_tests.scenario.document import Scenario
 
 MARKER = "scenario(name, **changes): the scenario, by its file or the name of one that ships, that the test plays"

@@ -16,11 +16,12 @@ from typing import Self
 
 from drivers.can.frame import CanFrame
 from drivers.can.interface import SOCKETCAN
+from drivers.can.port import CanPortError
 from drivers.clock import Clock
 from hil_tests.bridge.bus_end import BusEnd, OnState, unheard
 from hil_tests.bridge.figures import BridgeFigures, WayFigures, counted
 from hil_tests.bridge.holding import held
-from hil_tests.bridge.network_kind import bus_of
+from hil_tests.bridge.network_kind import bus_of, listens_only
 from hil_tests.bridge.raw_port import socketcan
 from hil_tests.wires.way import Towards, Wire
 
@@ -174,6 +175,9 @@ def _way(source: BusEnd, target: BusEnd) -> tuple[str, WayFigures]:
 
 
 def _end(name: str, clock: Clock, on_state: OnState) -> BusEnd:
+    if listens_only(name):
+        remedy = f"sudo ip link set {name} down; sudo ip link set {name} up type can listen-only off"
+        raise CanPortError(f"{name} is set up to listen only, and would send nothing: {remedy}")
     return BusEnd(name, socketcan(name), clock, on_state, virtual=bus_of(SOCKETCAN, name).virtual)
 
 
@@ -189,7 +193,7 @@ def bridged(
         on_state: gets the state of an end whenever it changes; called from the bridge's thread.
 
     Raises:
-        CanPortError: an interface does not open, or another bridge has it.
+        CanPortError: an interface does not open, only listens, or is that of another bridge.
         ValueError: both are the same.
     """
     near, far = (_end(name, clock, on_state) for name in (autopilot, devices))

@@ -7,7 +7,7 @@ import subprocess
 from typing import Any
 
 from drivers.can.interface import SOCKETCAN
-from drivers.can.network_interface import ANSWER_S
+from drivers.can.network_interface import ANSWER_S, parse_controller
 from hil_tests.bridge.permission import Bus
 
 # Linux calls them so (`ip -details link`); an slcan adapter is a virtual device, too, but no virtual bus
@@ -29,6 +29,12 @@ def bus_of(interface: str, channel: str) -> Bus:
         return Bus(channel, virtual=False, kind=interface)
     kind = parse_kind(_details(channel))
     return Bus(channel, virtual=kind in VIRTUAL_KINDS, kind=kind or UNKNOWN)
+
+
+def listens_only(channel: str) -> bool:
+    """Whether the controller of a SocketCAN interface is set up to send nothing: it drops all that it is given."""
+    found = parse_controller(_details(channel))
+    return found is not None and found.listen_only
 
 
 def _details(channel: str) -> bytes:

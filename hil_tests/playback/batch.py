@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hil_tests.playback.outcome import Outcome
 from hil_tests.processes import processes
+from hil_tests.report.outcome import Outcome
 from hil_tests.scenario.loading import load_scenario
 
 

@@ -27,7 +27,6 @@ from hil_tests.playback.gateway_under_test import (
     gateway_process,
 )
 from hil_tests.playback.memory import MemoryBus, MemoryLink
-from hil_tests.playback.outcome import Outcome, Series
 from hil_tests.playback.recorded import DiveLogs, RecordedDive
 from hil_tests.playback.recorder import Recorder
 from hil_tests.playback.session import STEP_S, Parts, Session
@@ -35,6 +34,7 @@ from hil_tests.playback.settings import CONFIG, FINDINGS, HOST, Meeting, in_memo
 from hil_tests.playback.sockets import SocketCanBus, UdpLink, free_port
 from hil_tests.playback.virtual_time import run_in_virtual_time
 from hil_tests.profiles.loading import load_profile
+from hil_tests.report.outcome import Outcome, Series
 from hil_tests.rig.notes import ReceivedValue
 from hil_tests.rig.world import World
 from hil_tests.scenario.document import Scenario

@@ -14,8 +14,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 if TYPE_CHECKING:
-    from hil_tests.playback.outcome import Outcome
     from hil_tests.playback.play import Way
+    from hil_tests.report.outcome import Outcome
 
 REPORT, JUNIT = "report.html", "junit.xml"
 PASSED, FAILED, UNPLAYED = 0, 1, 2

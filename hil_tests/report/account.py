@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from operator import attrgetter
 
 from gateway.outlet import NOTES
-from hil_tests.playback.outcome import Outcome
 from hil_tests.report.commands import acts, told
 from hil_tests.report.expectations import checks
 from hil_tests.report.modes import stretches
+from hil_tests.report.outcome import Outcome
 from hil_tests.report.subjects import calm_subjects
 from hil_tests.report.wanted import severity_name
 from hil_tests.report.windows import since_start_s

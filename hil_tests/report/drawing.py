@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from detectors.verdict import Level
-from hil_tests.playback.outcome import FloatArray, Outcome
 from hil_tests.report.decimation import decimated
+from hil_tests.report.outcome import FloatArray, Outcome
 from hil_tests.scenario.fault import Fault
 
 POINTS_MAX = 500  # twice what a phone has across, and no fewer than one sees on a desk

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hil_tests.playback.outcome import Outcome
 from hil_tests.report.check import Check
 from hil_tests.report.drawing import Figure
 from hil_tests.report.motion_figures import motion_figures
+from hil_tests.report.outcome import Outcome
 from hil_tests.report.thruster_figures import residuals, thruster_figures
 from hil_tests.report.timeline import timeline
 

@@ -8,10 +8,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-from hil_tests.playback.outcome import Outcome
 from hil_tests.report.account import account, name_of
 from hil_tests.report.check import Check
 from hil_tests.report.expectations import checks
+from hil_tests.report.outcome import Outcome
 
 SUITE = "gateway hil play"
 # Char of XML 1.0: what is none, half a surrogate pair too, cannot be written there even as a reference.

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hil_tests.playback.outcome import Outcome
 from hil_tests.report.check import Check
 from hil_tests.report.modes import ModeStretch, stretches
+from hil_tests.report.outcome import Outcome
 from hil_tests.report.windows import Window
 from hil_tests.report.words import clock, lasting
 

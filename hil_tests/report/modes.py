@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from hil_tests.playback.outcome import ModeChange, Outcome
+from hil_tests.report.outcome import ModeChange, Outcome
 from hil_tests.report.windows import since_start_s
 
 

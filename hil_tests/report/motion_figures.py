@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from detectors.verdict import Level
-from hil_tests.playback.outcome import FloatArray, Outcome, Truth
 from hil_tests.report.decimation import decimated
 from hil_tests.report.drawing import (
     COMMAND,
@@ -29,6 +28,7 @@ from hil_tests.report.drawing import (
     threshold,
     time_axis,
 )
+from hil_tests.report.outcome import FloatArray, Outcome, Truth
 from hil_tests.report.words import clock
 
 ARROWS = 9

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from detectors.verdict import Level
 from gateway.findings import Finding
 from gateway.outlet import NOTES
-from hil_tests.playback.outcome import Outcome
+from hil_tests.report.outcome import Outcome
 
 # Of these, one also wants to see that they were well; of links and signals, only if they were not.
 DETECTORS = ("thruster", "speed", "navigation")

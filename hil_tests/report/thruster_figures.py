@@ -8,7 +8,6 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from detectors.verdict import Level
-from hil_tests.playback.outcome import Outcome
 from hil_tests.report.drawing import (
     COMMAND,
     HEALTHY,
@@ -24,6 +23,7 @@ from hil_tests.report.drawing import (
     threshold,
     time_axis,
 )
+from hil_tests.report.outcome import Outcome
 from hil_tests.scenario.fault import Fault
 
 SCORED = re.compile(r"T(\d+)")

@@ -13,7 +13,6 @@ from itertools import pairwise
 from detectors.verdict import Level
 from gateway.findings import Finding
 from gateway.severity import Severity
-from hil_tests.playback.outcome import Outcome
 from hil_tests.report.check import Check
 from hil_tests.report.commands import acts, told
 from hil_tests.report.drawing import (
@@ -28,6 +27,7 @@ from hil_tests.report.drawing import (
     time_axis,
 )
 from hil_tests.report.modes import stretches
+from hil_tests.report.outcome import Outcome
 from hil_tests.report.subjects import DETECTORS, by_subject, calm_subjects
 from hil_tests.report.wanted import severity_name
 from hil_tests.report.windows import since_start_s

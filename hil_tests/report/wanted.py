@@ -12,8 +12,8 @@ from detectors.verdict import Level
 from gateway.findings import Finding
 from gateway.outlet import NOTES
 from gateway.severity import Severity
-from hil_tests.playback.outcome import Outcome
 from hil_tests.report.commands import ANY, acts, told, word_of
+from hil_tests.report.outcome import Outcome
 from hil_tests.rig.notes import ReceivedCommand, ReceivedText
 from hil_tests.scenario.expectations import FindingPattern
 from hil_tests.scenario.finding_subjects import subject_matches

@@ -166,6 +166,7 @@ class SimulatedThruster:
         later_s = max((fault.severity for fault in faults if fault.type is FaultType.DELAYED), default=0.0)
         longest = round((parameters.delay_s + later_s) / period_s)
         self._commands: deque[float] = deque([0.0] * (longest + 1), maxlen=longest + 1)
+        self._ever_faulty = bool(faults)  # else it is its own healthy twin
         self._acting: dict[FaultType, float] = {}
         self._last_measured_rpm = 0.0
         self.state = ThrusterState(0.0, 0.0, 0.0)
@@ -185,14 +186,15 @@ class SimulatedThruster:
             driven: False while the ESC restarts.
         """
         self._commands.append(command)
-        self._acting = strengths(self._faults, time_s)
+        self._ever_faulty = self._ever_faulty or not driven
+        self._acting = strengths(self._faults, time_s) if self._faults else {}
         obeyed = self._obeyed(self._acting.get(FaultType.DELAYED, 0.0))
         if FaultType.REVERSED in self._acting:
             obeyed = -obeyed
         drive_v = self._drive_v(obeyed, supply_v) if driven else 0.0
         slower = 1.0 + self._acting.get(FaultType.SLOW, 0.0)
         speed_rpm = self._advance(self.state.speed_rpm, self._target_rpm(obeyed, drive_v), slower)
-        healthy_rpm = self._healthy_rpm(supply_v)
+        healthy_rpm = self._healthy_rpm(supply_v) if self._ever_faulty else speed_rpm
         self.state = ThrusterState(speed_rpm, healthy_rpm, self._supply_a(drive_v, supply_v, speed_rpm))
         return self.state
 

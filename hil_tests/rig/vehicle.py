@@ -298,9 +298,8 @@ class Vehicle:
             for index, parameters in enumerate(build.each_thruster)
         ]
         self.battery = Battery(build.battery)
-        self.hull, self.clean_hull = (
-            Hull(build.hull, motion, water, caught, build.layout, build.tilt) for caught in (hull_faults, ())
-        )
+        self.hull = Hull(build.hull, motion, water, hull_faults, build.layout, build.tilt)
+        self.clean_hull = Hull(build.hull, motion, water, (), build.layout, build.tilt) if hull_faults else self.hull
 
     def step(self, time_s: float, commands: Sequence[float], undriven: Collection[int] = ()) -> Motion:
         """Advance by one period.
@@ -316,5 +315,6 @@ class Vehicle:
         sag_v = sum(sag.volts(time_s) for sag in self._sags)
         self.battery.step(sum(thruster.state.supply_a for thruster in self.thrusters), self._period_s, sag_v)
         thrusts_n = [thruster.thrust_n for thruster in self.thrusters]
-        self.clean_hull.step(thrusts_n, self._period_s)
+        if self.clean_hull is not self.hull:
+            self.clean_hull.step(thrusts_n, self._period_s)
         return self.hull.step(thrusts_n, self._period_s)

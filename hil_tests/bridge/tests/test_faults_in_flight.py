@@ -71,4 +71,4 @@ def test_frames_that_a_fault_holds_come_as_they_were():
 
 
 def test_what_is_known_of_a_bus_can_be_handed_to_another_process():
-    assert pickle.loads(pickle.dumps(SIGNALS)) == SIGNALS
+    assert pickle.loads(pickle.dumps(SIGNALS)) == SIGNALS  # noqa: S301  our own

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 import time
 from contextlib import ExitStack
 from functools import partial
@@ -13,9 +14,9 @@ from drivers.clock import Clock
 from hil_tests.bridge.bus_end import BusEnd
 from hil_tests.bridge.can_bridge import CanBridge
 from hil_tests.bridge.process import BridgeProcess
+from hil_tests.bridge.raw_port import RawPort
 from hil_tests.bridge.tests.ends import FragileWire, HoldingWire
 from hil_tests.bridge.tests.test_bus_frame import MESSAGES, kernel_packet
-from hil_tests.live.bridge_buses import BridgedBus
 from hil_tests.live.stamped_socket import free_port
 
 PACKET, EMPTY = kernel_packet(MESSAGES["extended"]), kernel_packet(MESSAGES["empty"])
@@ -24,18 +25,30 @@ PACKET, EMPTY = kernel_packet(MESSAGES["extended"]), kernel_packet(MESSAGES["emp
 def over_udp(buses, make_wire, on_state):
     """A bridge, for the process to make."""
     clock = Clock()
-    ends = [BusEnd(bus.name, bus.opener(), clock, on_state) for bus in buses]
+    ends = [BusEnd(name, _opener(ports), clock, on_state) for name, ports in buses.items()]
     return CanBridge(*ends, make_wire(), clock)
+
+
+def _opener(ports):
+    return lambda clock, lost: RawPort(udp_pair(*ports), clock, lost)
+
+
+def udp_pair(own, other):
+    """A UDP socket that speaks with one other."""
+    opened = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    opened.bind(("127.0.0.1", own))
+    opened.connect(("127.0.0.1", other))
+    return opened
 
 
 @pytest.fixture
 def buses():
-    return [BridgedBus(name, free_port(), free_port()) for name in ("can0", "can1")]
+    return {name: (free_port(), free_port()) for name in ("can0", "can1")}
 
 
 def test_frames_pass_and_the_figures_come_back_until_the_wire_fails(buses):
     with ExitStack() as stack:
-        near, far = (stack.enter_context(bus.node()) for bus in buses)
+        near, far = (stack.enter_context(udp_pair(*ports[::-1])) for ports in buses.values())
         far.settimeout(5.0)
         bridge = stack.enter_context(BridgeProcess("can0:can1", partial(over_udp, buses, FragileWire)))
         for _ in range(3):

@@ -26,8 +26,8 @@ from gateway.tests.recorded_dives import (
     write_tlog,
 )
 from hil_tests.dive_logs.laps import Part
-from hil_tests.playback.outcome import ModeChange
 from hil_tests.playback.recorded import ANSWERS_TO_IT, OWN_PACKETS, DiveLogs, RecordedDive
+from hil_tests.report.outcome import ModeChange
 
 PLAY_S = 1_800_000_000.0  # when the play begins
 KEY = bytes(range(1, 33))

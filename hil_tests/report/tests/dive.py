@@ -8,7 +8,7 @@ import numpy as np
 
 from detectors.verdict import Level
 from gateway.severity import Severity
-from hil_tests.playback.outcome import FloatArray, Outcome, Series, Truth
+from hil_tests.report.outcome import FloatArray, Outcome, Series, Truth
 from hil_tests.report.tests.plays import ENTANGLED, START_S, finding, mode, mode_command, play, text
 
 LASTED_S, FOUND_S, FREED_S = 60.0, 27.3, 54.0

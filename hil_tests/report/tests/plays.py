@@ -9,7 +9,7 @@ from typing import Any
 from detectors.verdict import Level
 from gateway.findings import Finding
 from gateway.severity import Severity
-from hil_tests.playback.outcome import ModeChange, Outcome
+from hil_tests.report.outcome import ModeChange, Outcome
 from hil_tests.rig.commands import Command, Result
 from hil_tests.rig.notes import ReceivedCommand, ReceivedText
 from hil_tests.scenario.document import Scenario

@@ -6,9 +6,9 @@ import pytest
 
 from detectors.verdict import Level
 from gateway.severity import Severity
-from hil_tests.playback.outcome import Outcome
 from hil_tests.report.check import Check
 from hil_tests.report.expectations import checks, found_after_s, passed
+from hil_tests.report.outcome import Outcome
 from hil_tests.report.tests.plays import command, finding, mode, mode_command, play, text
 from hil_tests.rig.ardusub import Mode
 from hil_tests.rig.commands import Command, Result

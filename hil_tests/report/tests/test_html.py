@@ -18,10 +18,10 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 
-from hil_tests.playback.outcome import Outcome
 from hil_tests.report.expectations import checks
 from hil_tests.report.figures import figures
 from hil_tests.report.html import packed, report_html, write_report
+from hil_tests.report.outcome import Outcome
 from hil_tests.report.tests.dive import FOUND_S, dive
 from hil_tests.report.tests.plays import finding, play
 

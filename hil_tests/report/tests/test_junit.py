@@ -6,8 +6,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-from hil_tests.playback.outcome import Outcome
 from hil_tests.report.junit import junit_xml, printable, write_junit
+from hil_tests.report.outcome import Outcome
 from hil_tests.report.tests.dive import dive
 from hil_tests.report.tests.plays import command, finding, mode, mode_command, play, text
 

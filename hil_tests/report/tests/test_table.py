@@ -6,7 +6,7 @@ from io import StringIO
 
 from rich.console import Console
 
-from hil_tests.playback.outcome import Outcome
+from hil_tests.report.outcome import Outcome
 from hil_tests.report.table import line_of, table_of
 from hil_tests.report.tests.plays import finding, play
 
