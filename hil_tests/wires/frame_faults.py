@@ -124,7 +124,8 @@ class _Reordering(FrameFault):
 
 
 class _Delay(FrameFault):
-    """Frames keep their order, whatever the jitter: to overtake is "reordering"."""
+    """Frames keep their order, whatever the jitter: to overtake is "reordering". Those that come after the end of the
+    fault are not late, and overtake what still is."""
 
     done = "frames delayed"
 
