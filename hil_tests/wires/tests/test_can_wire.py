@@ -164,7 +164,7 @@ def test_a_babbler_with_the_best_identifier_drives_all_others_out_once_the_bus_i
 def test_a_babbler_that_leaves_room_only_delays() -> None:
     frames = every(0.01, 100)
     through = wire(fault("babbling", frames_per_s=5000.0))
-    others = [one for one in passed(through, frames) if one.identifier]
+    others = [one for one in passed(through, frames, rest_s=0.03) if one.identifier]
     assert [one.data for one in others] == [one.data for one in frames]
     late_s = [after - before for before, after in zip(since_s(frames), since_s(others), strict=True)]
     assert min(late_s) > 0.0001
@@ -173,18 +173,18 @@ def test_a_babbler_that_leaves_room_only_delays() -> None:
 
 def test_what_has_more_priority_than_the_babbler_waits_for_one_frame_at_most() -> None:
     through = wire(fault("babbling", frames_per_s=20000.0, identifier=0x1000))
-    better, worse = every(0.01, 100, 0x0FFF), every(0.01, 100, 0x1001)
-    arrived = [one for one in passed(through, better) if one.identifier == 0x0FFF]
+    better, worse = every(0.0015, 100, 0x0FFF), every(0.0015, 100, 0x1001)
+    arrived = [one for one in passed(through, better, rest_s=0.03) if one.identifier == 0x0FFF]
     late_s = [after - before for before, after in zip(since_s(better), since_s(arrived), strict=True)]
     assert max(late_s) < 2 * 145e-6
     through = wire(fault("babbling", frames_per_s=20000.0, identifier=0x1000))
-    assert not [one for one in passed(through, worse) if one.identifier == 0x1001]
+    assert not [one for one in passed(through, worse, rest_s=0.03) if one.identifier == 0x1001]
 
 
 def test_a_short_identifier_wins_against_a_long_one_that_begins_with_it() -> None:
     through = wire(fault("babbling", frames_per_s=20000.0, identifier=float(0x123 << 18)))
     standard = [CanFrame(START_S + 0.01 * n, 0x123, bytes(2), extended=False) for n in range(50)]
-    assert len([one for one in passed(through, standard) if not one.extended]) == 50
+    assert len([one for one in passed(through, standard, rest_s=0.03) if not one.extended]) == 50
 
 
 def test_a_babbler_is_heard_at_both_ends() -> None:
