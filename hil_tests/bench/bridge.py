@@ -10,10 +10,10 @@ import psutil
 from rich.console import Console
 from rich.table import Table
 
-from hil_tests.bench.bridge_buses import bridged_buses
-from hil_tests.bench.bridge_crossing import Way, crossed
-from hil_tests.bench.bridge_running import Bridge, running
 from hil_tests.bench.figures import console_beside, shared_options, write
+from hil_tests.live.bridge_buses import bridged_buses
+from hil_tests.live.bridging import Bridge, running
+from hil_tests.live.crossing import Way, crossed
 from hil_tests.live.latency import Latency
 from hil_tests.live.traffic import FULL_BUS_HZ
 

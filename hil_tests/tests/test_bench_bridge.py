@@ -6,9 +6,9 @@ import pytest
 from rich.console import Console
 
 from hil_tests.bench import bridge
-from hil_tests.bench.bridge_buses import BridgedBus
-from hil_tests.bench.bridge_crossing import Player, Way, _way
-from hil_tests.bench.bridge_running import Bridge
+from hil_tests.live.bridge_buses import BridgedBus
+from hil_tests.live.bridging import Bridge
+from hil_tests.live.crossing import Player, Way, _way
 from hil_tests.live.latency import latency
 from hil_tests.live.stamped_socket import free_port
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from drivers.can.frame import CanFrame
 from drivers.can.packets import packed
-from hil_tests.bench.bridge_buses import BridgedBus
+from hil_tests.live.bridge_buses import BridgedBus
 from hil_tests.live.latency import Latency, latency
 from hil_tests.live.stamped_socket import received
 

@@ -12,11 +12,9 @@ from multiprocessing.connection import Connection
 import can
 
 from drivers.clock import Clock
-from hil_tests.bench.bridge_buses import BridgedBus
 from hil_tests.bridge.bus_end import BusEnd
 from hil_tests.bridge.can_bridge import CanBridge
-from hil_tests.wires.can_signals import CanSignals
-from hil_tests.wires.can_wire import CanWire
+from hil_tests.live.bridge_buses import BridgedBus
 
 START_S, STOP_S = 60.0, 10.0
 Pair = tuple[BridgedBus, BridgedBus]
@@ -63,6 +61,10 @@ def _live(bridge: Bridge, buses: Pair, connection: Connection) -> None:
 
 
 def _ours(buses: Pair) -> AbstractContextManager[object]:
+    # the wire knows all that the gateway can decode, and the peer's process needs not wait for that
+    from hil_tests.wires.can_signals import CanSignals
+    from hil_tests.wires.can_wire import CanWire
+
     clock = Clock()
     near, far = (BusEnd(bus.name, bus.opener(), clock, virtual=True) for bus in buses)
     return CanBridge(near, far, CanWire(buses[0].name, CanSignals(), (), clock.now()), clock)
