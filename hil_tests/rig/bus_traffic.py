@@ -37,7 +37,7 @@ class BusTraffic:
         self._command_steps = profile.steps(profile.bus.command_hz)
         self._report_steps = profile.steps(profile.bus.report_hz)
         self._window_s = 1.0 / profile.bus.report_hz
-        self._step_s = profile.step_s
+        self._turns = _turns(len(self._signs), self._report_steps, profile.step_s)
         self._restarts: dict[int, int] = {}
         self.reported = [EscReport(0.0, vehicle.battery.voltage_v, 0.0)] * len(self._signs)
         self.by_autopilot: deque[CanFrame] = deque()
@@ -64,15 +64,25 @@ class BusTraffic:
 
     def report(self, step: int, time_s: float, down: frozenset[int]) -> None:
         """ESCs report whose turn it is: each at its own place in the period; they do not all speak at once."""
-        count = len(self._signs)
-        for place, sign in enumerate(self._signs):
-            turn = (place + 0.5) * self._report_steps / count
-            if step % self._report_steps == int(turn) and place + 1 not in down:
-                asked_s = time_s + (turn - int(turn)) * self._step_s
-                measured = self._vehicle.thrusters[place].measure(self._window_s)
-                report = EscReport(sign * measured.speed_rpm, self._vehicle.battery.voltage_v, measured.supply_a)
+        for place, later_s in self._turns[step % self._report_steps]:
+            if place + 1 not in down:
+                report = self._measured(place)
+                frames = self.escs.report(time_s + later_s, place, report)
                 self.reported[place] = report
-                self.by_devices += self._clock.send(asked_s, self.escs.report(asked_s, place, report))
+                self.by_devices += self._clock.send(time_s + later_s, frames)
+
+    def _measured(self, place: int) -> EscReport:
+        measured = self._vehicle.thrusters[place].measure(self._window_s)
+        return EscReport(self._signs[place] * measured.speed_rpm, self._vehicle.battery.voltage_v, measured.supply_a)
+
+
+def _turns(count: int, steps: int, step_s: float) -> list[list[tuple[int, float]]]:
+    """Who of so many reports in which step of a period, and how much later than the step begins."""
+    turns: list[list[tuple[int, float]]] = [[] for _ in range(steps)]
+    for place in range(count):
+        after = (place + 0.5) * steps / count
+        turns[int(after)].append((place, (after - int(after)) * step_s))
+    return turns
 
 
 def taken(frames: deque[CanFrame], by_s: float) -> list[CanFrame]:

@@ -83,7 +83,11 @@ def _turned_rad(before: Motion, after: Motion) -> Vector:
 
 def added(*vectors: Vector) -> Vector:
     """Sum of vectors."""
-    first, second, third = (sum(parts) for parts in zip(*vectors, strict=True))
+    first = second = third = 0.0
+    for vector in vectors:
+        first += vector[0]
+        second += vector[1]
+        third += vector[2]
     return first, second, third
 
 
