@@ -31,6 +31,7 @@ def configuration(what, folder=None, **settings):
 def test_all_vehicles_are_there():
     assert profile_names() == [
         "bench_rov",
+        "bluerov2",
         "bluerov2_heavy",
         "bluerov2_heavy_px4",
         "paper_hov",
