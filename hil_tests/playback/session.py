@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import compress
+from operator import not_
+from typing import Protocol
 
 from drivers.can.frame import CanFrame
 from hil_tests.playback.ends import Vehicle, VehicleBus, VehicleLink
@@ -11,6 +14,14 @@ from hil_tests.playback.recorder import Recorder
 from hil_tests.wires.way import Passed, Towards, Wire
 
 STEP_S = 0.02
+
+
+class BusWire(Wire[CanFrame], Protocol):
+    """A CAN wire that knows whether the gateway hears the autopilot, whose frames come there without passing it."""
+
+    def bus_off(self, time_s: float) -> bool:
+        """Whether the gateway's controller is bus-off then, and hears none of them."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +40,7 @@ class Parts:
     vehicle: Vehicle
     is_recorded: bool
     bus: VehicleBus | None
-    can_wire: Wire[CanFrame]
+    can_wire: BusWire
     bus_name: str
     link: VehicleLink
     mavlink_wire: Wire[bytes]
@@ -57,22 +68,28 @@ class Session:
     def _exchange_frames(self, bus: VehicleBus, time_s: float) -> None:
         vehicle, wire, is_recorded = self._parts.vehicle, self._parts.can_wire, self._parts.is_recorded
         from_autopilot = vehicle.sent_by_autopilot()
-        if not is_recorded:
-            bus.send(from_autopilot, ())
-        commands = [(frame, Towards.DEVICES) for frame in (from_autopilot if is_recorded else bus.heard_by_devices())]
-        reports = [(frame, Towards.AUTOPILOT) for frame in vehicle.sent_by_devices()]
-        for frame, towards in sorted([*commands, *reports], key=_time_s):
+        heard, missed = ([], []) if is_recorded else self._heard_and_missed(from_autopilot)
+        bus.send(heard, ())
+        commands = from_autopilot if is_recorded else [*bus.heard_by_devices(), *missed]
+        entering = [(frame, Towards.DEVICES) for frame in commands]
+        entering += [(frame, Towards.AUTOPILOT) for frame in vehicle.sent_by_devices()]
+        for frame, towards in sorted(entering, key=_time_s):
             wire.put(frame.time_s, frame, towards)
         passed = wire.due(time_s)
         to_devices, from_devices = (_towards(passed, end) for end in (Towards.DEVICES, Towards.AUTOPILOT))
         if is_recorded:
-            from_autopilot = to_devices
-            bus.send(from_autopilot, from_devices)
+            heard, _ = self._heard_and_missed(to_devices)
+            bus.send(heard, from_devices)
         else:
             vehicle.to_devices(to_devices)
             bus.send((), from_devices)
-        on_bus = sorted([*from_autopilot, *from_devices], key=lambda frame: frame.time_s)
+        on_bus = sorted([*heard, *from_devices], key=lambda frame: frame.time_s)
         self._parts.recorder.frames(self._parts.bus_name, on_bus)
+
+    def _heard_and_missed(self, from_autopilot: Sequence[CanFrame]) -> tuple[list[CanFrame], list[CanFrame]]:
+        """The autopilot's frames that the gateway hears, and those that only the ESCs do."""
+        missed = [self._parts.can_wire.bus_off(frame.time_s) for frame in from_autopilot]
+        return list(compress(from_autopilot, map(not_, missed))), list(compress(from_autopilot, missed))
 
     def _exchange_packets(self, time_s: float) -> None:
         parts = self._parts

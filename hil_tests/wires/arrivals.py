@@ -60,17 +60,22 @@ class Arrivals:
         through = self._shared.due(time_s)
         under_way_s = self._under_way[0][0] if self._under_way else inf
         self.open_until_s = -inf if self._shared.busy(time_s) else min(under_way_s, self._closed.next_s(time_s))
-        return [Passed(due.frame, due.towards) for due in through if due.frame.error or not self._is_off(due)]
+        return [Passed(due.frame, due.towards) for due in through if due.frame.error or not self._is_missed(due)]
 
     def next_s(self) -> float:
         """When more arrives; infinity: nothing is on its way."""
         return min(self._under_way[0][0] if self._under_way else inf, self._shared.next_s())
 
-    def _is_off(self, due: Due) -> bool:
-        off = any(fault.active(due.at_s - self._start_s) for fault in self._bus_off)
-        if off:
+    def bus_off(self, time_s: float) -> bool:
+        """Whether the gateway's controller is bus-off then."""
+        return any(fault.active(time_s - self._start_s) for fault in self._bus_off)
+
+    def _is_missed(self, due: Due) -> bool:
+        """By a gateway whose controller is bus-off; the ESCs have controllers of their own."""
+        missed = due.towards is Towards.AUTOPILOT and self.bus_off(due.at_s)
+        if missed:
             self._counts["frames lost while bus-off"] += 1
-        return off
+        return missed
 
     def _tell_of_bus_off(self) -> None:
         """What the gateway's controller is going to report."""

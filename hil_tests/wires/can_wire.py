@@ -83,6 +83,11 @@ class CanWire:
         """When more is due without anything being put in; infinity: never."""
         return self._newest_s if self._ready else self._arrivals.next_s()
 
+    def bus_off(self, time_s: float) -> bool:
+        """Whether the gateway's controller is bus-off: it does not hear the autopilot's frames either, which have no
+        wire to pass before they come to it."""
+        return self._arrivals.bus_off(time_s)
+
     def _put_through_stages(self, time_s: float, item: CanFrame, towards: Towards) -> None:
         since_s = time_s - self._start_s
         dues = [Due(time_s, item, towards)]

@@ -47,10 +47,10 @@ class ScriptedVehicle:
 
 
 class HoldingWire:
-    """Lets everything through, so much later."""
+    """Lets everything through, so much later; the gateway's controller is bus-off at these times."""
 
-    def __init__(self, hold_s):
-        self.counts, self._items, self._hold_s = Counter(), [], hold_s
+    def __init__(self, hold_s, off_s=()):
+        self.counts, self._items, self._hold_s, self.off_s = Counter(), [], hold_s, off_s
 
     def put(self, time_s, item, towards):
         self._items.append((time_s + self._hold_s, Passed(item, towards)))
@@ -62,6 +62,9 @@ class HoldingWire:
 
     def next_s(self):
         return self._items[0][0] if self._items else float("inf")
+
+    def bus_off(self, time_s):
+        return time_s - START_S in self.off_s
 
 
 @pytest.fixture
@@ -111,6 +114,16 @@ async def test_what_a_wire_holds_comes_later_and_commands_are_heard_by_the_gatew
     played.step(START_S + 1.0)
     assert [one.identifier for one in (await port.receive()).frames()] == [2]
     assert [one.identifier for one in vehicle.frames_heard] == [1]
+
+
+@pytest.mark.parametrize("is_recorded", [False, True])
+async def test_what_comes_while_the_gateway_is_bus_off_only_the_escs_hear(stage, is_recorded):
+    vehicle, bus, _, _ = stage
+    port = bus.opener()([], Clock(), Counter())
+    vehicle.autopilot = [frame(0.0, 1), frame(0.25, 2), frame(0.5, 3)]
+    session(stage, can_wire=HoldingWire(0.0, off_s=[0.25]), is_recorded=is_recorded).step(START_S + 0.5)
+    assert [one.identifier for one in (await port.receive()).frames()] == [1, 3]
+    assert [one.identifier for one in vehicle.frames_heard] == ([] if is_recorded else [1, 2, 3])
 
 
 async def test_commands_of_a_recorded_dive_are_heard_as_faults_leave_them(stage):

@@ -136,7 +136,7 @@ def test_wrong_dlc_of_can_fd_has_a_length_that_a_dlc_can_tell() -> None:
     assert lengths == {*range(9), 16, 20, 24, 32, 48, 64}
 
 
-def test_bus_off_is_told_as_the_kernel_does_and_nothing_passes_until_its_end() -> None:
+def test_bus_off_is_told_as_the_kernel_does_and_no_report_passes_until_its_end() -> None:
     through = wire(fault("bus_off", at_s=1.0, until_s=2.0))
     arrived = passed(through, every(0.1, 30))
     errors = [frame for frame in arrived if frame.error]
@@ -146,9 +146,10 @@ def test_bus_off_is_told_as_the_kernel_does_and_nothing_passes_until_its_end() -
     assert through.counts == {"frames lost while bus-off": 10}
 
 
-def test_bus_off_stops_the_other_direction_too_and_is_not_told_there() -> None:
-    arrived = passed(wire(fault("bus_off", at_s=1.0)), every(0.1, 30), Towards.DEVICES)
-    assert [frame.data[1] for frame in arrived] == list(range(10))
+def test_bus_off_of_the_gateway_keeps_no_command_from_the_escs() -> None:
+    through, commands = wire(fault("bus_off", at_s=1.0, until_s=2.0)), every(0.1, 30)
+    assert passed(through, commands, Towards.DEVICES) == commands
+    assert [through.bus_off(START_S + since_s) for since_s in (0.9, 1.0, 1.9, 2.0)] == [False, True, True, False]
 
 
 def test_a_babbler_with_the_best_identifier_drives_all_others_out_once_the_bus_is_full() -> None:
