@@ -13,8 +13,8 @@ from gateway.config import parse
 from gateway.problems import ConfigError
 from gateway.wiring import can_decoder
 from hil_tests.profiles import load_profile, parse_profile, profile_names
+from hil_tests.profiles.tests.loopback import run, world
 from hil_tests.rig.pilot import Sticks
-from hil_tests.rig.tests.loopback import run, world
 from hil_tests.rig.vehicle import Motion, Vehicle
 from hil_tests.scenario.document import Mission
 

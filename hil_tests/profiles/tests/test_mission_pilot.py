@@ -7,9 +7,9 @@ from math import degrees
 import numpy as np
 import pytest
 
+from hil_tests.profiles.tests.loopback import START_S, profile, run, world
 from hil_tests.rig.ardusub import ArduSub
 from hil_tests.rig.mission_pilot import BAND_M, STYLES, MissionPilot
-from hil_tests.rig.tests.loopback import START_S, profile, run, world
 from hil_tests.rig.truth import Truth, TruthLog
 from hil_tests.rig.vehicle import Motion, Vehicle
 from hil_tests.scenario.document import Course, Mission, Step, Sticks

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from dronecan import transport
 
+from hil_tests.profiles.tests.loopback import START_S, fault, run, world
 from hil_tests.rig.dronecan_nodes import DroneCanReceiver
 from hil_tests.rig.physical import GUST_RAMP_MIN_S, PhysicalFaults, water
-from hil_tests.rig.tests.loopback import START_S, fault, run, world
 from hil_tests.rig.thruster import T200
 from hil_tests.rig.water import STILL
 from hil_tests.scenario.document import Mission, Step, Sticks, WaterBody

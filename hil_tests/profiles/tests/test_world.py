@@ -10,7 +10,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from drivers.can.dronecan import DroneCanDecoder, DroneCanThruster
 from drivers.readings import ThrusterCommand, ThrusterReport
-from hil_tests.rig.tests.loopback import START_S, fault, profile, run, world
+from hil_tests.profiles.tests.loopback import START_S, fault, profile, run, world
 from hil_tests.rig.world import World
 from hil_tests.scenario.document import Mission, Scenario, Step, Sticks
 

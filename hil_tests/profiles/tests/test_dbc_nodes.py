@@ -8,9 +8,9 @@ from struct import unpack_from
 import pytest
 
 from drivers.can.frame import CanFrame
+from hil_tests.profiles.tests.loopback import profile
 from hil_tests.rig.dbc_nodes import CHECKSUMS, Database, DbcCommander, DbcEscs
 from hil_tests.rig.esc_messages import EscReport
-from hil_tests.rig.tests.loopback import profile
 
 VEHICLES = ("paper_hov", "paper_saucer_auv", "paper_portable_auv")
 COMMANDS = (0.5, -0.25, 0.75, 0.0)
