@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from hil_tests.playback.play import Way
+    from hil_tests.playback.way import Way
     from hil_tests.report.outcome import Outcome
     from hil_tests.scenario.document import Scenario
 
@@ -100,10 +100,12 @@ class GatewayRig:
 @pytest.fixture
 def gateway_rig(request: pytest.FixtureRequest, tmp_path: Path) -> GatewayRig:
     """Plays scenarios; see `GatewayRig`."""
-    from hil_tests.playback.play import Way
+    from hil_tests.playback.way import Way
 
     option = request.config.getoption
-    return GatewayRig(tmp_path, request.path.parent, Way(bool(option("--hil-realtime")), option("--hil-can")))
+    return GatewayRig(
+        tmp_path, request.path.parent, Way(realtime=bool(option("--hil-realtime")), channel=option("--hil-can"))
+    )
 
 
 @pytest.fixture

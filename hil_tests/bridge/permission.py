@@ -25,6 +25,10 @@ from hil_tests.bridge.transmission import SHOWN, Transmission
 EXAMPLE = "--transmit node:20-27, --transmit 14040A0B,7E0"
 
 
+class RefusedError(Exception):
+    """It must not be played there; the text says why, and the way out."""
+
+
 @dataclass(frozen=True, slots=True)
 class Bus:
     """A bus of the play; `kind` is what it was found to be: "can", "vcan", "slcan", ... in words."""

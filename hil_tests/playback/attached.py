@@ -75,6 +75,8 @@ class AttachedDevices:
 
     Attributes:
         drops: what of the autopilot's bytes could not be read, by cause.
+        start_s: of the play.
+        lost: why the autopilot's link is gone; "": it is not.
 
     Raises:
         ValueError: scenario and profile do not go together, or a fault that only a simulated vehicle can have.
@@ -91,7 +93,8 @@ class AttachedDevices:
         _check(scenario)
         config = parse(profile.gateway_toml(), profile.folder)
         self._world = World(scenario, profile, start_s, autopilot=False)
-        self._send, self._start_s = send, start_s
+        self._send, self.start_s = send, start_s
+        self.lost = ""
         self._commands = ServoOutputs(config, profile)
         self._side = side_of(config.can[0], config)
         self._source = CommandSource.UNKNOWN
@@ -192,7 +195,7 @@ class AttachedDevices:
             self._by_autopilot += self._commands.frames(time_s, commands)
 
     def _takes_servo_outputs(self, time_s: float) -> bool:
-        if self._source is CommandSource.UNKNOWN and time_s - self._start_s >= CHOICE_S:
+        if self._source is CommandSource.UNKNOWN and time_s - self.start_s >= CHOICE_S:
             self._source = CommandSource.SERVO_OUTPUTS
         return self._source is CommandSource.SERVO_OUTPUTS
 
@@ -233,14 +236,17 @@ async def attached(
         OSError: it does not open.
         ValueError: it cannot be read, or as of `AttachedDevices`.
     """
-    lost: list[str] = []
     come: list[AttachedDevices] = []
 
     def hear(data: bytes) -> None:
         for devices in come:
             devices.from_autopilot(clock.now(), data)
 
-    transport = await open_transport(parse_endpoint(endpoint), hear, lost.append, Counter())
+    def lose(reason: str) -> None:
+        for devices in come:
+            devices.lost = f"{endpoint}: {reason}"
+
+    transport = await open_transport(parse_endpoint(endpoint), hear, lose, Counter())
     try:
         come.append(AttachedDevices(scenario, profile, clock.now(), transport.send, key))
         yield come[0]

@@ -15,15 +15,11 @@ from drivers.mavlink.endpoint import parse_endpoint
 from drivers.mavlink.transports import Transport, open_transport
 from hil_tests.bridge.armed_watch import ArmedWatch, listen
 from hil_tests.bridge.network_kind import bus_of
-from hil_tests.bridge.permission import Bus, Granted, Touched, refusals
+from hil_tests.bridge.permission import Bus, Granted, RefusedError, Touched, refusals
 from hil_tests.bridge.transmission import TransmitGate
 
 NOTHING = CanFilter(EXTENDED_MASK, EXTENDED_MASK, extended=True)  # who plays does not listen
 FULL_S, PATIENCE_S = 0.001, 0.5  # a full queue is asked again so often, and waited for so long
-
-
-class RefusedError(Exception):
-    """It must not be played there; the text says why, and the way out."""
 
 
 class Outlets:

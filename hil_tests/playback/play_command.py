@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 if TYPE_CHECKING:
-    from hil_tests.playback.play import Way
+    from hil_tests.playback.way import Way
     from hil_tests.report.outcome import Outcome
 
 REPORT, JUNIT = "report.html", "junit.xml"
@@ -33,6 +33,19 @@ PASSED, FAILED, UNPLAYED = 0, 1, 2
 @click.option("--tag", "tags", multiple=True, help="Only scenarios with this tag; may be given several times.")
 @click.option("--realtime", is_flag=True, help="At the pace of the clock, in memory; without: as fast as it goes.")
 @click.option("--can", "channel", metavar="CHANNEL", help="On this SocketCAN interface, in real time: vcan0.")
+@click.option(
+    "--mavlink",
+    "autopilot",
+    metavar="ENDPOINT",
+    help="A real autopilot, or its simulator: udpin:127.0.0.1:14550. With --can, ESCs and sensors are played to it.",
+)
+@click.option(
+    "--bridge", metavar="CAN:CAN", help="In the middle of a real bus, the autopilot's side first: can0:can1."
+)
+@click.option("--gateway", metavar="ENDPOINT", help="With --bridge: one that runs elsewhere; judged by its texts.")
+@click.option("--transmit", metavar="WHAT", help="What may be put onto a real bus: 7E0,node:20-27; all.")
+@click.option("--while-armed", is_flag=True, help="The autopilot may be armed: its thrusters may turn.")
+@click.option("--no-autopilot", is_flag=True, help="There is no autopilot on the real bus that could be armed.")
 @click.option("--seed", type=click.IntRange(min=0), help="Of all chance, in place of the scenario's own.")
 @click.option(
     "--jobs",
@@ -42,37 +55,50 @@ PASSED, FAILED, UNPLAYED = 0, 1, 2
     help="Scenarios that are played at a time, in virtual time.",
 )
 def play(
-    scenario: tuple[str, ...],
-    out: Path,
-    tags: tuple[str, ...],
-    realtime: bool,
-    channel: str | None,
-    seed: int | None,
-    jobs: int,
+    scenario: tuple[str, ...], out: Path, tags: tuple[str, ...], seed: int | None, jobs: int, **way: Any
 ) -> None:
     """Play scenarios, and judge what the gateway makes of them.
 
     SCENARIO is a file, a folder of files, or the name of one that ships (`gateway hil list`). None: all that ship.
 
-    In virtual time, vehicle and gateway are in memory, and minutes take seconds. With --can, the vehicle's nodes are
-    on a real bus, and the gateway is the program that runs on your vehicle.
+    \b
+    nothing more            vehicle and gateway in memory, in virtual time: minutes take seconds
+    --can vcan0             simulated nodes on a real bus, and the gateway as the program that runs on your vehicle
+    --can can0 --mavlink E  a real autopilot or its simulator; only ESCs and sensors are simulated
+    --bridge can0:can1      in the middle of real hardware: faults change what passes, in flight
+
+    Nothing is put onto a bus that is not virtual without --transmit, nor while an autopilot is armed, or may be.
 
     Exit code 0: all passed; 1: some did not; 2: some could not be played.
     """
     from drivers.can.port import CanPortError
-    from gateway.problems import ConfigError
-    from hil_tests.playback.play import Way
+    from hil_tests.bridge.permission import RefusedError
 
     console = Console()
     try:
-        paths = _chosen(scenario, tags)
-        stage = _Stage(paths, out, {} if seed is None else {"seed": seed}, console)
-        way = Way(realtime, channel)
-        outcomes = stage.in_turn(way) if way.realtime or way.channel else stage.at_once(jobs)
-    except (ConfigError, CanPortError, OSError, ValueError) as error:
+        how = _way(**way)
+        stage = _Stage(_chosen(scenario, tags), out, {} if seed is None else {"seed": seed}, console)
+        outcomes = stage.at_once(jobs) if how.is_virtual else stage.in_turn(how)
+        _conclude(outcomes, out, console)
+    except (RefusedError, CanPortError, OSError, ValueError) as error:
         click.echo(f"Error: {error}", err=True)
         raise click.exceptions.Exit(UNPLAYED) from error
-    _conclude(outcomes, out, console)
+
+
+def _way(*, bridge: str | None, transmit: str | None, while_armed: bool, no_autopilot: bool, **others: Any) -> Way:
+    """What the options come to.
+
+    Raises:
+        ValueError: one cannot be read, or they do not go together.
+    """
+    from hil_tests.bridge.options import parse_buses
+    from hil_tests.bridge.permission import Granted
+    from hil_tests.bridge.transmission import parse_transmission
+    from hil_tests.playback.way import Way
+
+    named = None if transmit is None else parse_transmission(transmit)
+    buses = None if bridge is None else parse_buses(bridge)
+    return Way(bridge=buses, granted=Granted(named, while_armed, no_autopilot), **others)
 
 
 def _chosen(named: Sequence[str], tags: Sequence[str]) -> list[Path]:

@@ -96,7 +96,7 @@ def play_log(config: Path, log: tuple[str, ...], **options: Any) -> None:
     """
     from drivers.can.port import CanPortError
     from gateway.problems import ConfigError
-    from hil_tests.playback.log_outlets import RefusedError
+    from hil_tests.bridge.permission import RefusedError
 
     console = Console()
     try:

@@ -23,12 +23,12 @@ class Meeting:
     """Where the gateway meets the vehicle.
 
     Attributes:
-        interface, channel: of the CAN bus, as python-can names them.
+        interface, channel: of the CAN bus, as python-can names them; None: as they are configured.
         endpoint: of the autopilot's link, as the gateway's configuration has it.
     """
 
-    interface: str
-    channel: str
+    interface: str | None
+    channel: str | None
     endpoint: str
 
 
@@ -58,7 +58,7 @@ def write_config(
     """
     tables = _laid_over(tomllib.loads(text), scenario.gateway.settings)
     for bus in tables.get("can", []):
-        bus |= {"interface": meeting.interface, "channel": meeting.channel}
+        bus |= {key: value for key in ("interface", "channel") if (value := getattr(meeting, key)) is not None}
         if "database" in bus:
             bus["database"] = str((relative_to / bus["database"]).resolve())
     if "mavlink" in tables:

@@ -12,6 +12,7 @@ from drivers.can.packets import CONTROL_BYTES, FD_BYTES, SO_TIMESTAMPNS, frames_
 from drivers.can.port import port_errors
 from drivers.can.socketcan import open_socket
 from drivers.clock import Clock
+from hil_tests.bridge.transmission import TransmitGate
 
 HOST = "127.0.0.1"
 BATCH_MAX = 2000
@@ -28,6 +29,7 @@ class SocketCanBus:
     Args:
         channel: the interface, "vcan0".
         clock: stamps what is heard.
+        gate: what may be put onto it; None: it is virtual, and takes all.
 
     Attributes:
         counts: "frame not sent: ..." and what is wrong with frames.
@@ -36,8 +38,8 @@ class SocketCanBus:
         CanPortError: there is no such interface, or it is down.
     """
 
-    def __init__(self, channel: str, clock: Clock) -> None:
-        self._clock = clock
+    def __init__(self, channel: str, clock: Clock, gate: TransmitGate | None = None) -> None:
+        self._clock, self._gate = clock, gate
         self.counts: Counter[str] = Counter()
         with port_errors():
             self._autopilot, self._devices = open_socket(channel, [NOTHING]), open_socket(channel, ())
@@ -49,7 +51,7 @@ class SocketCanBus:
     def send(self, from_autopilot: Sequence[CanFrame], from_devices: Sequence[CanFrame]) -> None:
         """See VehicleBus. What the interface does not take is counted."""
         for node, frames in ((self._autopilot, from_autopilot), (self._devices, from_devices)):
-            for frame in frames:
+            for frame in frames if self._gate is None else self._gate.passed(frames):
                 try:
                     node.send(packed(frame))
                 except OSError as error:

@@ -19,11 +19,11 @@ from drivers.mavlink.messages import StatusText
 from drivers.mavlink.tests.peer import Peer
 from gateway.config import Config, parse
 from gateway.tests.recorded_dives import MAVLINK, dronecan, settings, telemetry, write_candump, write_tlog
-from hil_tests.bridge.permission import Granted
+from hil_tests.bridge.permission import Granted, RefusedError
 from hil_tests.bridge.transmission import TransmitGate, parse_transmission
 from hil_tests.playback.command import hil
 from hil_tests.playback.fault_words import parse_fault
-from hil_tests.playback.log_outlets import Outlets, RefusedError, permitted
+from hil_tests.playback.log_outlets import Outlets, permitted
 from hil_tests.playback.log_play import LogPlay, Sent, Wires
 from hil_tests.playback.log_player import LogPlayer, Pace
 from hil_tests.playback.log_session import LogSession, Progress, play_logs

@@ -1,0 +1,294 @@
+"""Where a scenario is played: vehicle, wires, gateway and recorder, put together for each way of playing."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AsyncExitStack, closing
+from dataclasses import replace
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from drivers.clock import Clock
+from gateway.config import Config
+from gateway.findings import Finding
+from gateway.pipeline import Factories
+from hil_tests.dive_logs.laps import Part
+from hil_tests.playback.attached import AttachedDevices, attached
+from hil_tests.playback.bridged import Bridges, recorded_bus
+from hil_tests.playback.ends import Vehicle, VehicleBus, VehicleLink
+from hil_tests.playback.fitting import BUS
+from hil_tests.playback.gateway_under_test import Connections, GatewayRun, gateway_in_loop, gateway_process
+from hil_tests.playback.leave import leave_for_bridge, leave_for_bus
+from hil_tests.playback.memory import MemoryBus, MemoryLink
+from hil_tests.playback.recorded import DiveLogs, RecordedDive
+from hil_tests.playback.recorder import Recorder
+from hil_tests.playback.session import STEP_S, Parts, Session
+from hil_tests.playback.settings import CONFIG, FINDINGS, HOST, Meeting, in_memory, write_config
+from hil_tests.playback.sockets import SocketCanBus, UdpLink, free_port
+from hil_tests.playback.way import Way
+from hil_tests.profiles import load_profile
+from hil_tests.report.outcome import Outcome, Series
+from hil_tests.rig.notes import Notes, ReceivedValue
+from hil_tests.rig.truth import ModeChange, Truth
+from hil_tests.rig.world import World
+from hil_tests.scenario.document import Scenario
+from hil_tests.wires.can_signals import CanSignals
+from hil_tests.wires.can_wire import CanWire
+from hil_tests.wires.mavlink_wire import MavlinkWire
+
+SOCKETCAN = "socketcan"
+# Judging three times a second, not ten times, takes half the time; findings are the same, and the pilot reads them a
+# quarter of a second later at most.
+COLLECT_S = 0.3
+SETTLE_S = 0.1  # until the gateway has opened its links
+LOOK_S = 0.2  # how often bridges are looked after
+LATE_S = 0.5  # a real-time play that is further behind than this says so
+
+
+class PlayEndedError(Exception):
+    """It could not go on; the text says why."""
+
+
+class Witness(Protocol):
+    """Who knows how a play went for the autopilot."""
+
+    @property
+    def notes(self) -> Notes:
+        """What has come to it."""
+
+    @property
+    def modes(self) -> Sequence[ModeChange]:
+        """Its modes."""
+
+    def truth(self) -> Truth | None:
+        """What the vehicle really did; None: nobody knows."""
+
+
+class Played(Vehicle, Witness, Protocol):
+    """A vehicle that is stepped."""
+
+
+class Stage:
+    """One play of a scenario.
+
+    Args:
+        scenario: to play.
+        path: the file that paths in it are relative to.
+        folder: for all that is written; exists.
+        progress: hears how far it is, in seconds since the start.
+        factories: makes the gateway's detectors, where it is in this program; None: the real ones.
+
+    Raises:
+        ConfigError: the vehicle has problems.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        path: Path,
+        folder: Path,
+        progress: Callable[[float], None],
+        factories: Factories | None,
+    ) -> None:
+        self._scenario, self._path, self._folder = scenario, path, folder
+        self._progress, self._factories = progress, factories
+        self._profile = load_profile(scenario.vehicle, path.parent)
+        self._witness: Witness | None = None
+        self._counts: Mapping[str, Mapping[str, int]] = {}
+        self._start_s = self._end_s = 0.0
+        self._account: list[str] = []
+
+    # The ways -------------------------------------------------------------------------------------
+
+    async def in_memory(self, clock: Clock) -> None:
+        """Vehicle and gateway in one event loop, whatever its time is."""
+        bus, link = MemoryBus(), MemoryLink()
+        config, key = self._configured(in_memory())
+        connections = Connections(lambda _: bus.opener(), link.connect, COLLECT_S)
+        async with gateway_in_loop(config, clock, connections, self._factories) as gateway:
+            await asyncio.sleep(SETTLE_S)
+            start_s = round(clock.now(), 6)
+            vehicle = self._cast(config, start_s, key)
+            await self._step(clock, start_s, vehicle, config, key, bus if config.can else None, link, gateway)
+        self._account += gateway.lines
+
+    async def on_bus(self, clock: Clock, channel: str, way: Way) -> None:
+        """On a real bus, and UDP; around a real autopilot, where there is one."""
+        gate = await leave_for_bus(self._scenario, self._profile, channel, way, clock)
+        port = free_port()
+        config, key = self._configured(Meeting(SOCKETCAN, channel, f"udpin:{HOST}:{port}"))
+        async with AsyncExitStack() as stack:
+            bus = stack.enter_context(closing(SocketCanBus(channel, clock, gate)))
+            link = stack.enter_context(closing(UdpLink(port)))
+            gateways = (
+                gateway_process(self._folder / CONFIG)
+                if way.program
+                else gateway_in_loop(config, clock, Connections(), self._factories)
+            )
+            gateway = await stack.enter_async_context(gateways)
+            await asyncio.sleep(SETTLE_S)
+            if way.autopilot is None:
+                start_s = clock.now()
+                vehicle = self._cast(config, start_s, key)
+                await self._step(clock, start_s, vehicle, config, key, bus, link, gateway)
+            else:
+                around = attached(self._scenario, self._profile, clock, way.autopilot, key)
+                devices = await stack.enter_async_context(around)
+                await self._step(clock, devices.start_s, devices, config, key, bus, link, gateway, way)
+        self._account += gateway.lines
+        self._account += [line for line in [gate.line() if gate else ""] if line]
+
+    async def in_between(self, clock: Clock, way: Way) -> None:
+        """Between real buses, and a real autopilot and the gateway."""
+        await leave_for_bridge(self._scenario, way, clock)
+        port = free_port()
+        channel = way.bridge[0] if way.bridge else None
+        meeting = Meeting(SOCKETCAN if channel else None, channel, f"udpin:{HOST}:{port}")
+        config, key = self._configured(meeting)
+        gateway: GatewayRun | None = None
+        async with AsyncExitStack() as stack:
+            if way.gateway is None:
+                gateway = await stack.enter_async_context(gateway_process(self._folder / CONFIG))
+            recorder = stack.enter_context(Recorder(self._folder))
+            if channel is not None:
+                await stack.enter_async_context(recorded_bus(channel, clock, recorder))
+            self._start_s = clock.now()
+            endpoint = way.gateway or f"udpout:{HOST}:{port}"
+            bridges = Bridges(self._scenario, config, way, endpoint, self._start_s, key, clock, recorder)
+            self._witness = bridges.tap
+            with bridges:
+                await self._wait(clock, bridges, gateway)
+            self._end_s = clock.now()
+            self._counts = bridges.counts()
+            self._account += bridges.lines()
+        self._account += gateway.lines if gateway is not None else ()
+
+    # What they share ------------------------------------------------------------------------------
+
+    def _configured(self, meeting: Meeting) -> tuple[Config, bytes | None]:
+        own = self._scenario.gateway.config
+        if own is None:
+            text, relative_to = self._profile.gateway_toml(), self._profile.folder
+        else:
+            file = self._path.parent / own
+            text, relative_to = file.read_text(encoding="utf-8"), file.parent
+        return write_config(self._scenario, text, self._folder, meeting, relative_to)
+
+    def _cast(self, config: Config, start_s: float, key: bytes | None) -> World | RecordedDive:
+        """Who plays the vehicle, where nobody real does."""
+        recording = self._scenario.recording
+        if recording is None:
+            return World(self._scenario, self._profile, start_s, key=key)
+        part = Part(recording.from_s, recording.to_s)
+        return RecordedDive(DiveLogs(recording.logs, self._path.parent, part), config, start_s, key)
+
+    async def _step(
+        self,
+        clock: Clock,
+        start_s: float,
+        vehicle: Played,
+        config: Config,
+        key: bytes | None,
+        bus: VehicleBus | None,
+        link: VehicleLink,
+        gateway: GatewayRun,
+        way: Way | None = None,
+    ) -> None:
+        """Lets the time pass for a vehicle that is stepped."""
+        scenario = self._scenario
+        name = config.can[0].name if config.can else BUS
+        can_wire = CanWire(name, CanSignals.of(config, name), scenario.faults, start_s, scenario.seed)
+        mavlink_wire = MavlinkWire(scenario.faults, start_s, scenario.seed, key, config)
+        self._witness, self._start_s = vehicle, start_s
+        self._counts = {"CAN": can_wire.counts, "MAVLink": mavlink_wire.counts}
+        with Recorder(self._folder) as recorder:
+            parts = Parts(
+                vehicle=vehicle,
+                is_recorded=scenario.recording is not None,
+                bus=bus,
+                can_wire=can_wire,
+                bus_name=name,
+                link=link,
+                mavlink_wire=mavlink_wire,
+                recorder=recorder,
+            )
+            late_s = await self._steps(clock, Session(parts), gateway, lambda: _trouble(vehicle, way))
+        self._end_s = clock.now()
+        if late_s > LATE_S:
+            self._account.append(f"the vehicle fell behind by up to {late_s:.1f} s: this machine is too slow for it")
+
+    async def _steps(self, clock: Clock, session: Session, gateway: GatewayRun, trouble: Callable[[], str]) -> float:
+        """Returns by how much the latest step was late."""
+        late_s = 0.0
+        for n in range(round(self._scenario.duration_s / STEP_S)):
+            due_s = self._start_s + n * STEP_S
+            await asyncio.sleep(max(due_s - clock.now(), 0.0))
+            now_s = clock.now()
+            late_s = max(late_s, now_s - due_s)
+            session.step(now_s)
+            gateway.check()
+            self._progress(n * STEP_S)
+            if reason := trouble():
+                raise PlayEndedError(reason)
+        return late_s
+
+    async def _wait(self, clock: Clock, bridges: Bridges, gateway: GatewayRun | None) -> None:
+        """Until the scenario is over, or something fails."""
+        while (since_s := clock.now() - self._start_s) < self._scenario.duration_s:
+            self._progress(since_s)
+            await asyncio.sleep(LOOK_S)
+            if gateway is not None:
+                gateway.check()
+            if reason := bridges.trouble(clock.now()):
+                raise PlayEndedError(reason)
+
+    # The end --------------------------------------------------------------------------------------
+
+    def outcome(self, way: str, broken: str | None) -> Outcome:
+        """What came of it."""
+        witness = self._witness
+        found = Outcome(
+            scenario=self._scenario,
+            path=self._path,
+            way=way,
+            start_s=self._start_s,
+            end_s=self._end_s,
+            wall_s=0.0,
+            findings=_findings(self._folder / FINDINGS),
+            gateway_lines=self._account,
+            broken=broken,
+            folder=self._folder,
+        )
+        if witness is None:
+            return found
+        return replace(
+            found,
+            texts=witness.notes.texts,
+            commands=witness.notes.commands,
+            modes=witness.modes,
+            scores={name: _series(values) for name, values in witness.notes.values.items()},
+            truth=witness.truth(),
+            wire_counts={wire: dict(counts) for wire, counts in self._counts.items()},
+        )
+
+
+def _trouble(vehicle: Played, way: Way | None) -> str:
+    """Why a play around a real autopilot must end now; "": it may go on."""
+    if way is None or not isinstance(vehicle, AttachedDevices):
+        return ""
+    if vehicle.modes and vehicle.modes[-1].armed and not way.granted.while_armed:
+        return "the autopilot has become armed: stopped, for --while-armed was not said"
+    return vehicle.lost
+
+
+def _series(values: Sequence[ReceivedValue]) -> Series:
+    return Series(np.array([one.time_s for one in values]), np.array([one.value for one in values]))
+
+
+def _findings(path: Path) -> list[Finding]:
+    if not path.exists():
+        return []
+    return [Finding.of_json_line(line) for line in path.read_text(encoding="utf-8").splitlines()]
