@@ -5,6 +5,9 @@ from __future__ import annotations
 import asyncio
 from collections import Counter
 from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
 
 from drivers.can.frame import CanFilter, CanFrame
 from drivers.can.frame_block import FrameBlock
@@ -16,7 +19,8 @@ from drivers.mavlink.transports import LostCallback, ReceiveCallback, Transport
 
 
 class MemoryPort:
-    """The gateway's end of a bus: see `drivers.can.port.CanPort`. It is told the frames with their own times."""
+    """The gateway's end of a bus: see `drivers.can.port.CanPort`. It is told the frames with their own times,
+    in whole microseconds."""
 
     def __init__(self, filters: Sequence[CanFilter]) -> None:
         self._filters = tuple(filters)
@@ -35,7 +39,9 @@ class MemoryPort:
         await self._arrived.wait()
         self._arrived.clear()
         frames, self._waiting = sorted(self._waiting, key=lambda frame: frame.time_s), []
-        return FrameBlock.of(frames)
+        # as the log of the play has them: what is replayed from it is then judged as it was here
+        microseconds = np.array([round(frame.time_s, 6) for frame in frames])
+        return replace(FrameBlock.of(frames), time_s=microseconds)
 
     def send(self, frame: CanFrame) -> None:
         """The gateway only listens.

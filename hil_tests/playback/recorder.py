@@ -28,11 +28,7 @@ class Recorder:
     """
 
     def __init__(self, folder: Path) -> None:
-        self._folder = folder
         self._files = ExitStack()
-        self._buses: dict[str, int] = {}
-        for old in folder.glob("*.log"):
-            old.unlink()
         self._heard, self._said = (self._files.enter_context((folder / name).open("wb")) for name in (HEARD, SAID))
         self._candump = self._files.enter_context((folder / "can.log").open("w", encoding="ascii"))
 
