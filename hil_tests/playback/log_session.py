@@ -19,6 +19,8 @@ from hil_tests.playback.step_keys import StepKeys
 from hil_tests.rig.notes import ReceivedText
 from hil_tests.scenario.fault import Fault
 
+TEXTS_TOLD = 20  # of those that came back
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LogSession:
@@ -136,6 +138,11 @@ def _account(play: LogPlay, dive_s: float, outlets: Outlets) -> list[str]:
     lines += outlets.lines()
     lines += [f"left out: {count} {cause}" for cause, count in dive.left_out.items()]
     lines += [f"fault: {count} {cause}" for cause, count in sorted(play.wires.counts().items())]
-    lines += [f"came back: {text.text}" for text in dive.notes.texts]
+    lines += _came_back([text.text for text in dive.notes.texts])
     lines += [f"{path}: lost, {line}" for path, lost in dive.damage().items() for line in lost]
     return lines
+
+
+def _came_back(texts: Sequence[str]) -> list[str]:
+    more = [f"came back: {len(texts) - TEXTS_TOLD} texts more"] if len(texts) > TEXTS_TOLD else []
+    return [f"came back: {text}" for text in texts[:TEXTS_TOLD]] + more
