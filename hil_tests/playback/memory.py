@@ -20,18 +20,17 @@ from drivers.mavlink.transports import LostCallback, ReceiveCallback, Transport
 
 class MemoryPort:
     """The gateway's end of a bus: see `drivers.can.port.CanPort`. It is told the frames with their own times,
-    in whole microseconds."""
+    in whole microseconds; all of them, whatever it would have filtered, for nobody else counts what the bus carries.
+    """
 
-    def __init__(self, filters: Sequence[CanFilter]) -> None:
-        self._filters = tuple(filters)
+    def __init__(self) -> None:
         self._waiting: list[CanFrame] = []
         self._arrived = asyncio.Event()
 
     def put(self, frames: Sequence[CanFrame]) -> None:
         """Frames are on the bus."""
-        wanted = [frame for frame in frames if frame.error or self._wants(frame)]
-        if wanted:
-            self._waiting += wanted
+        if frames:
+            self._waiting += frames
             self._arrived.set()
 
     async def receive(self) -> FrameBlock:
@@ -54,9 +53,6 @@ class MemoryPort:
     def close(self) -> None:
         """See CanPort."""
 
-    def _wants(self, frame: CanFrame) -> bool:
-        return not self._filters or any(one.matches(frame) for one in self._filters)
-
 
 class MemoryBus:
     """A bus between a vehicle and a gateway that opens it as often as it likes. Everybody hears all others."""
@@ -68,8 +64,8 @@ class MemoryBus:
     def opener(self) -> PortOpener:
         """How the gateway opens it."""
 
-        def open_port(filters: Sequence[CanFilter], _: Clock, __: Counter[str]) -> CanPort:
-            self._ports.append(MemoryPort(filters))
+        def open_port(_: Sequence[CanFilter], __: Clock, ___: Counter[str]) -> CanPort:
+            self._ports.append(MemoryPort())
             return self._ports[-1]
 
         return open_port

@@ -94,13 +94,13 @@ async def test_gateway_and_escs_hear_commands_and_the_gateway_hears_reports_in_o
     assert [one.identifier for one in vehicle.frames_heard] == [1, 2]
 
 
-async def test_the_gateway_gets_what_it_wants_and_error_frames(stage):
+async def test_the_gateway_gets_error_frames_and_what_it_would_filter_for_the_load_of_the_bus(stage):
     vehicle, bus, _, _ = stage
     port = bus.opener()([CanFilter(2, 0xFF, extended=True)], Clock(), Counter())
     broken = CanFrame(START_S, 0x40, bytes(8), error=True)
     vehicle.devices = [frame(0.0, 1), frame(0.0, 2), broken]
     session(stage).step(START_S)
-    assert list((await port.receive()).frames()) == [frame(0.0, 2), broken]
+    assert list((await port.receive()).frames()) == [frame(0.0, 1), frame(0.0, 2), broken]
 
 
 async def test_what_a_wire_holds_comes_later_and_commands_are_heard_by_the_gateway_at_once(stage):
