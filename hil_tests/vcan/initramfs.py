@@ -12,7 +12,8 @@ from pathlib import Path
 
 from hil_tests.vcan.interface import INTERFACE
 
-# 9p: the host's root, cached, for nothing writes to it; what the command writes goes into memory above it.
+# 9p: the host's root, cached: nothing in there is waited for that the host writes meanwhile; what the command writes
+# goes into memory above it.
 # The exchange directory has the same path inside as outside, and no cache: the host reads along.
 INIT = f"""#!/bin/busybox sh
 /bin/busybox --install -s /bin
