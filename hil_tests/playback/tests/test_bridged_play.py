@@ -78,7 +78,7 @@ def test_a_link_that_is_cut_in_the_middle_is_told_and_the_autopilot_hears_of_it(
     assert outcome.wire_counts["MAVLink"]["packets cut off"] > 50
     assert [(mode.mode, mode.armed) for mode in outcome.modes] == [("MANUAL", True)]
     assert outcome.texts[0].text.startswith("Watching 1 thruster")
-    assert (tmp_path / "play" / "heard.tlog").stat().st_size > 10_000
+    assert (tmp_path / "play" / "heard.tlog").stat().st_size > 4_000
     assert any(" in, " in line and "within" in line for line in outcome.gateway_lines)
 
 
