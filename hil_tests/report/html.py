@@ -104,6 +104,7 @@ def report_html(outcomes: Sequence[Outcome], written: datetime) -> str:
     pages = Environment(loader=FileSystemLoader(Path(__file__).parent), autoescape=True, undefined=StrictUndefined)
     return pages.get_template("report.html").render(
         sections=sections,
+        alone=len(sections) == 1,
         summary=summary(passed, len(sections)),
         all_passed=passed == len(sections),
         played_s=round(sum(one.played_s for one in sections)),
