@@ -76,11 +76,16 @@ def write_config(
 
 
 def _laid_over(tables: dict[str, Any], settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Table by table, key by key; what is no table replaces what was there."""
+    """Table by table, key by key; what is no table replaces what was there, and None, null in YAML, takes it away."""
     merged = dict(tables)
     for key, value in settings.items():
-        below = merged.get(key)
-        merged[key] = _laid_over(below, value) if isinstance(below, dict) and isinstance(value, Mapping) else value
+        if value is None:
+            merged.pop(key, None)
+        elif isinstance(value, Mapping):
+            below = merged.get(key)
+            merged[key] = _laid_over(below if isinstance(below, dict) else {}, value)
+        else:
+            merged[key] = value
     return merged
 
 

@@ -114,7 +114,8 @@ class GatewaySection(Section):
     )
     settings: dict[str, Any] = Field(
         default_factory=dict,
-        description='tables laid over it, as in its own TOML file: {failsafe: {thruster_fault: "hold"}}',
+        description="tables laid over it, as in its own TOML file: {failsafe: {thruster_fault: hold}}; "
+        "null takes a table or a key away: {speed: null}",
     )
     signed: bool = Field(default=False, description="the autopilot and it sign their packets, with a key of the play")
 
