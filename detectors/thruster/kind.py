@@ -14,6 +14,7 @@ FloatArray = NDArray[np.float64]
 
 STOPPED = -0.9  # relative change of speed from which on a thruster counts as stopped
 IMPOSSIBLE = 1.5  # times the top speed
+BACKWARDS = 0.2  # of the speed that is wanted, to the other side, from which on a thruster counts as reversed
 FROZEN_SAMPLES = 15
 FROZEN_MOVE = 0.05  # of the top speed that the commanded speed moved while the sensor did not
 CURRENT_ABOVE, CURRENT_BELOW = 1.15, 0.85  # of the current that a healthy propeller takes at this speed
@@ -33,23 +34,36 @@ def fault_kind(
         current_a: (N,) currents, NaN where not measured.
     """
     newest = slice(-3, None)
-    if _sensor(model, speed_rpm, command):
+    wanted_rpm, newest_a = model.speed_rpm(command), float(np.mean(current_a[newest]))
+    unloaded = _load(model, abs(float(wanted_rpm[-1])) / model.top_rpm, newest_a) < CURRENT_BELOW
+    if _frozen(model, speed_rpm, wanted_rpm) or (_impossible(model, speed_rpm) and not unloaded):
         return FaultKind.SENSOR
-    speed = float(np.mean(np.abs(speed_rpm[newest]))) / model.top_rpm
+    if _reversed(wanted_rpm, speed_rpm[newest]):
+        return FaultKind.REVERSED
     if change <= STOPPED:
-        return _stopped(model, float(np.mean(current_a[newest])))
-    load = _load(model, speed, float(np.mean(current_a[newest])))
+        return _stopped(model, newest_a)
     if change < 0.0:
         return FaultKind.ENTANGLED
+    load = _load(model, float(np.mean(np.abs(speed_rpm[newest]))) / model.top_rpm, newest_a)
     return FaultKind.SENSOR if load > CURRENT_BELOW else FaultKind.PROPELLER_LOST
 
 
-def _sensor(model: ThrusterModel, speed_rpm: FloatArray, command: FloatArray) -> bool:
-    if float(np.abs(speed_rpm[-1])) > IMPOSSIBLE * model.top_rpm:
-        return True
-    recent, wanted = speed_rpm[-FROZEN_SAMPLES:], model.speed_rpm(command[-FROZEN_SAMPLES:]) / model.top_rpm
+def _impossible(model: ThrusterModel, speed_rpm: FloatArray) -> bool:
+    """Whether no propeller could be turned so fast; a bare shaft can, but takes hardly any current."""
+    return float(np.abs(speed_rpm[-1])) > IMPOSSIBLE * model.top_rpm
+
+
+def _frozen(model: ThrusterModel, speed_rpm: FloatArray, wanted_rpm: FloatArray) -> bool:
+    recent, wanted = speed_rpm[-FROZEN_SAMPLES:], wanted_rpm[-FROZEN_SAMPLES:] / model.top_rpm
     frozen = len(recent) == FROZEN_SAMPLES and float(np.ptp(recent)) == 0.0 and recent[-1] != 0.0
     return bool(frozen and float(np.ptp(wanted)) > FROZEN_MOVE)
+
+
+def _reversed(wanted_rpm: FloatArray, newest_rpm: FloatArray) -> bool:
+    """Whether it turns against what it was told for so long that it cannot be coasting any more."""
+    steady = float(wanted_rpm.min()) > 0.0 or float(wanted_rpm.max()) < 0.0
+    wanted = float(wanted_rpm[-1])
+    return steady and bool(np.all(newest_rpm * np.sign(wanted) < -BACKWARDS * abs(wanted)))
 
 
 def _stopped(model: ThrusterModel, current_a: float) -> FaultKind:

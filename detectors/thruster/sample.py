@@ -36,6 +36,7 @@ class FaultKind(StrEnum):
     PROPELLER_LOST = "propeller lost"  # too fast (and too little current, where it is measured)
     BLOCKED = "blocked"  # no speed at a command, current high
     DEAD = "dead"  # no speed at a command, no current
+    REVERSED = "reversed"  # turns against its command
     STOPPED = "blocked or dead"  # no speed at a command, current not measured
     SENSOR = "RPM sensor"  # frozen or impossible speed
     WORN = "worn or fouled"  # drifted slowly away from the commissioned curve

@@ -194,7 +194,7 @@ class Tracker:
     def _relative_error(self, predicted: FloatArray, start: int, stop: int) -> FloatArray:
         """Measured less predicted speed over the prediction, in the direction that is expected."""
         speed = self._history.row(SPEED, start, stop) / self.model.top_rpm
-        along = np.abs(speed) if self.model.unsigned else np.where(predicted < 0.0, -speed, speed)
+        along = np.where(predicted < 0.0, np.abs(speed) if self.model.unsigned else -speed, speed)
         return np.asarray((along - np.abs(predicted)) / np.maximum(np.abs(predicted), SPEED_MIN))
 
     def _despiked(self, error: FloatArray) -> tuple[FloatArray, tuple[float, float]]:

@@ -37,6 +37,8 @@ CASES = {
     ),
     "no power": (FaultKind.DEAD, lambda seed: simulated(seed, 0.0)),
     "at a standstill, current not known": (FaultKind.STOPPED, lambda seed: without_current(simulated(seed, 0.0))),
+    "phases swapped": (FaultKind.REVERSED, lambda seed: simulated(seed, -1.0)),
+    "propeller off, far faster than ever": (FaultKind.PROPELLER_LOST, lambda seed: simulated(seed, 1.8, 0.05)),
     "impossible speed": (
         FaultKind.SENSOR,
         lambda seed: simulated(seed).spoiled(slice(ONSET, None), speed_rpm=65535.0),
