@@ -7,13 +7,16 @@ import subprocess
 from typing import Any
 
 from drivers.can.interface import SOCKETCAN
-from drivers.can.network_interface import ANSWER_S, parse_controller
+from drivers.can.network_interface import parse_controller
 from hil_tests.bridge.permission import Bus
 
 # Linux calls them so (`ip -details link`); an slcan adapter is a virtual device, too, but no virtual bus
 VIRTUAL_KINDS = frozenset({"vcan", "vxcan"})
 VIRTUAL = "virtual"  # python-can's, inside one process
 UNKNOWN = "of unknown kind"
+
+# An emulated machine takes seconds to start a program, and who is about to touch a bus has them.
+ANSWER_S = 20.0
 
 
 def bus_of(interface: str, channel: str) -> Bus:
