@@ -34,6 +34,8 @@ NODE_STATUS_PERIOD_S = 1.0
 HOLD_S = 0.5
 MOST_PERCENT = 127  # uint7, esc.Status.power_rating_pct
 TRANSFER_IDS = 32
+# What the package raises of wrong bytes: a payload that is too short, a frame without its last byte, and all else
+BROKEN = (transport.TransferError, ValueError, IndexError)
 
 
 class DroneCanNode:
@@ -119,15 +121,16 @@ class DroneCanReceiver:
 
     def take(self, identifier: int, data: bytes) -> Any | None:
         """A frame with 29-bit identifier; the transfer that it completes, or None."""
-        frames = self._transfers.receive_frame(transport.Frame(identifier, data))
-        if not frames:
-            return None
-        transfer = transport.Transfer()
         try:
-            transfer.from_frames(frames)
-        except transport.TransferError:
+            frames = self._transfers.receive_frame(transport.Frame(identifier, data))
+            return self._transfer(frames) if frames else None
+        except BROKEN:
             self.dropped += 1
             return None
+
+    def _transfer(self, frames: Sequence[transport.Frame]) -> Any:
+        transfer = transport.Transfer()
+        transfer.from_frames(frames)
         return transfer
 
 
