@@ -1,6 +1,7 @@
 """YAML files for people: read as YAML 1.2, and whatever is wrong with them is told with its line.
 
-YAML 1.2, so that `off` and `no` are words and no booleans. A key with nothing behind it is as one that is left out.
+YAML 1.2, so that `off` and `no` are words and no booleans. A key with nothing behind it is as one that is left out;
+one with a `null` behind it says that there is none.
 """
 
 from __future__ import annotations
@@ -207,7 +208,7 @@ class _Construction:
                 self._wrong(name, (*location, key), None, "is there twice: want one of them")
             seen.add(key)
             value = self.value(node_of_value, (*location, key))
-            if value is not None:
+            if value is not None or node_of_value.value:  # a null that somebody has written
                 yield key, value
 
     def _scalar(self, node: ScalarNode, location: Location) -> Any:

@@ -35,6 +35,10 @@ def test_an_empty_file_is_an_empty_table() -> None:
     assert read_text("# nothing\n", "file.yaml").data == {}
 
 
+def test_nothing_is_left_out_and_null_is_said() -> None:
+    assert read_text("a:\nb: null\nc: {d: ~, e: }\n", "file.yaml").data == {"b": None, "c": {"d": None}}
+
+
 def test_aliases_are_what_they_stand_for() -> None:
     assert read_text("a: &x {b: 1}\nc: *x\n", "file.yaml").data == {"a": {"b": 1}, "c": {"b": 1}}
 

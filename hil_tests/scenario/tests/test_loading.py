@@ -42,6 +42,12 @@ def test_a_key_with_nothing_behind_it_is_left_out() -> None:
     assert parse_scenario(f"{SHORT}faults:\nmission:\n", HERE) == parse_scenario(SHORT, HERE)
 
 
+def test_settings_can_take_something_of_the_configuration_away() -> None:
+    scenario = parse_scenario("duration_s: 60\ngateway: {settings: {speed: null, failsafe: {command_s: ~}}}", HERE)
+    assert scenario.gateway.settings == {"speed": None, "failsafe": {"command_s": None}}
+    assert parse_scenario(dump_scenario(scenario), HERE) == scenario
+
+
 def test_words_that_older_yaml_takes_for_booleans_are_words() -> None:
     scenario = parse_scenario(f"{SHORT}faults: [{{at_s: 1, subject: dvl, failure: off}}]\ntags: [no, on]", HERE)
     assert scenario.faults[0].failure == "off"
