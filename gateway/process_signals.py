@@ -12,6 +12,7 @@ import socket
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from multiprocessing import resource_tracker
 from types import FrameType
 
 log = logging.getLogger("gateway")
@@ -55,6 +56,17 @@ def heard_signals(
         writing.close()
         thread.join()
         hearing.close()
+
+
+@contextmanager
+def sigint_blocked() -> Iterator[None]:
+    """What is started meanwhile never gets it: a terminal sends it to all, and only who was asked should answer."""
+    resource_tracker.ensure_running()  # while it starts, it lets the signal through again
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _ignore(_number: int, _frame: FrameType | None) -> None:

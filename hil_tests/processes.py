@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
-from multiprocessing import get_context
+from multiprocessing import active_children, get_context
 from typing import TypeVar
 
 from rich.console import Console
@@ -20,12 +20,18 @@ T = TypeVar("T")
 
 @contextmanager
 def processes(jobs: int) -> Iterator[ProcessPoolExecutor]:
-    """Fresh processes, each with one thread for linear algebra."""
+    """Fresh processes, each with one thread for linear algebra; they end with what they do, interrupted at once."""
     before = {name: os.environ.get(name) for name in ONE_THREAD}
     os.environ.update(ONE_THREAD)
+    others = set(active_children())
     try:
         with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-            yield pool
+            try:
+                yield pool
+            except KeyboardInterrupt:
+                for process in set(active_children()) - others:
+                    process.terminate()
+                raise
     finally:
         for name, value in before.items():
             os.environ.pop(name)

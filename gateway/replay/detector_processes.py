@@ -5,13 +5,12 @@ A block that is handed over is judged while the next detector gets its own; who 
 
 from __future__ import annotations
 
-import signal
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
 from itertools import count, cycle
-from multiprocessing import get_context, resource_tracker
+from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from queue import SimpleQueue
 from threading import Thread
@@ -24,6 +23,7 @@ from threadpoolctl import threadpool_limits
 from detectors.thruster import ThrusterConfig, ThrusterDetector, ThrusterSample, ThrusterVerdict
 from detectors.thruster.detector import ThrusterVerdicts
 from detectors.thruster.wear import CommissionedCurve
+from gateway.process_signals import sigint_blocked
 from gateway.thruster_channel import ThrusterFactory
 
 END_S = 5.0
@@ -101,17 +101,6 @@ def _alive() -> Iterator[None]:
         raise ChildProcessError("a process of detectors has ended; was there enough memory?") from error
 
 
-@contextmanager
-def _sigint_blocked() -> Iterator[None]:
-    """What is started meanwhile never gets it: a terminal sends it to all, and only who was asked should answer."""
-    resource_tracker.ensure_running()  # while it starts, it lets the signal through again
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
 class _Worker:
     """A process, from outside. Answers come in the order of the work."""
 
@@ -119,7 +108,7 @@ class _Worker:
         context = get_context("spawn")
         self._connection, theirs = context.Pipe()
         self._process = context.Process(target=_serve, args=(theirs,), daemon=True)
-        with _sigint_blocked():
+        with sigint_blocked():
             self._process.start()
         theirs.close()
         self._awaited: deque[_Answer] = deque()

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from gateway.process_signals import sigint_blocked
 from hil_tests.processes import processes
 from hil_tests.report.outcome import Outcome
 from hil_tests.scenario.loading import load_scenario
@@ -41,11 +42,13 @@ def play_jobs(jobs: Sequence[Job], at_a_time: int, done: Callable[[Outcome], Non
 
     Raises:
         Exception: what a play has raised; no more are begun then.
+        KeyboardInterrupt: those that are being played end at once.
     """
     if at_a_time == 1 or len(jobs) == 1:
         return [_told(_play(job), done) for job in jobs]
     with processes(min(at_a_time, len(jobs))) as pool:
-        futures = [pool.submit(_play, job) for job in jobs]
+        with sigint_blocked():  # it comes to all of a terminal: who plays is ended by us
+            futures = [pool.submit(_play, job) for job in jobs]
         _tell(futures, done)
         return [future.result() for future in futures]
 

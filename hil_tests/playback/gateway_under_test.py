@@ -104,8 +104,7 @@ async def _watched(running: asyncio.Task[Summary], stop: asyncio.Event) -> Async
     def ended() -> str | None:
         if not running.done():
             return None
-        error = running.exception()
-        return f"the gateway ended by itself: {error or 'without a word'}"
+        return f"the gateway ended by itself: {_reason(running.exception())}"
 
     watched = GatewayRun(ended)
     try:
@@ -115,6 +114,13 @@ async def _watched(running: asyncio.Task[Summary], stop: asyncio.Event) -> Async
         await asyncio.wait([running])
         if running.exception() is None:
             watched.lines = running.result().lines()
+
+
+def _reason(error: BaseException | None) -> str:
+    """What was raised in the first of its tasks that failed."""
+    while isinstance(error, BaseExceptionGroup):
+        error = error.exceptions[0]
+    return "without a word" if error is None else f"{type(error).__name__}: {error}"
 
 
 @contextmanager

@@ -98,9 +98,10 @@ class MemoryLink:
         return _GatewayEnd(self._for_autopilot.append, self._close)
 
     def send(self, datagram: bytes) -> None:
-        """To the gateway."""
+        """To the gateway, after the frames that were on the bus before, for which a task of it has to wake up."""
         if self._on_bytes is not None:
-            self._on_bytes(datagram)
+            loop = asyncio.get_running_loop()
+            loop.call_soon(loop.call_soon, self._deliver, datagram)
 
     def heard(self) -> list[bytes]:
         """What the gateway has sent since this was last asked."""
@@ -110,6 +111,10 @@ class MemoryLink:
 
     def close(self) -> None:
         """Nothing to let go of."""
+
+    def _deliver(self, datagram: bytes) -> None:
+        if self._on_bytes is not None:
+            self._on_bytes(datagram)
 
     def _close(self) -> None:
         self._on_bytes = None

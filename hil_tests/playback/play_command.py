@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -78,11 +79,28 @@ def play(
     try:
         how = _way(**way)
         stage = _Stage(_chosen(scenario, tags), out, {} if seed is None else {"seed": seed}, console)
-        outcomes = stage.at_once(jobs) if how.is_virtual else stage.in_turn(how)
-        _conclude(outcomes, out, console)
+        out.mkdir(parents=True, exist_ok=True)
+        try:
+            outcomes = stage.at_once(jobs) if how.is_virtual else stage.in_turn(how)
+        except KeyboardInterrupt as error:  # click would end with 1: as if they had been judged
+            _report(stage.told, out, console)
+            played = f"{len(stage.told)} of {len(stage.paths)}"
+            raise _unplayed(f"interrupted; {played} scenarios had been played") from error
+        _report(outcomes, out, console)
     except (RefusedError, CanPortError, OSError, ValueError) as error:
-        click.echo(f"Error: {error}", err=True)
-        raise click.exceptions.Exit(UNPLAYED) from error
+        raise _unplayed(_words(error)) from error
+    raise click.exceptions.Exit(_exit_code(outcomes))
+
+
+def _unplayed(reason: str) -> click.exceptions.Exit:
+    click.echo(f"Error: {reason}", err=True)
+    return click.exceptions.Exit(UNPLAYED)
+
+
+def _words(error: Exception) -> str:
+    if isinstance(error, OSError) and error.filename is not None:
+        return f"{error.filename}: {error.strerror}"
+    return str(error)
 
 
 def _way(*, bridge: str | None, transmit: str | None, while_armed: bool, no_autopilot: bool, **others: Any) -> Way:
@@ -123,18 +141,23 @@ def _chosen(named: Sequence[str], tags: Sequence[str]) -> list[Path]:
 
 @dataclass(frozen=True, slots=True)
 class _Stage:
-    """Where scenarios are played, and told of while they are."""
+    """Where scenarios are played, and told of while they are.
+
+    Attributes:
+        told: what came of those that have come to their end.
+    """
 
     paths: Sequence[Path]
     out: Path
     changes: dict[str, Any]
     console: Console
+    told: list[Outcome] = field(default_factory=list)
 
     def at_once(self, jobs: int) -> list[Outcome]:
         """In virtual time, several at a time."""
         from hil_tests.playback.batch import Job, play_jobs
 
-        work = [Job(path, self._folder(path), self.changes) for path in self.paths]
+        work = [Job(path, folder, self.changes) for path, folder in self._folders().items()]
         with self._bar(len(work)) as (bar, task):
 
             def done(outcome: Outcome) -> None:
@@ -149,18 +172,23 @@ class _Stage:
         from hil_tests.scenario.loading import load_scenario
 
         outcomes = []
-        for path in self.paths:
+        for path, folder in self._folders().items():
             with self._bar(load_scenario(path).duration_s, path.stem) as (bar, task):
 
                 def show(since_s: float, bar: Progress = bar, task: TaskID = task) -> None:
                     bar.update(task, completed=since_s)
 
-                outcomes.append(play_file(path, self._folder(path), way, show, self.changes))
+                outcomes.append(play_file(path, folder, way, show, self.changes))
             self._tell(outcomes[-1], self.console)
         return outcomes
 
-    def _folder(self, path: Path) -> Path:
-        return self.out / path.stem
+    def _folders(self) -> dict[Path, Path]:
+        """Each scenario's own, by its file; of one name there may be several, in different folders."""
+        folders: dict[Path, Path] = {}
+        for path in self.paths:
+            names = chain([path.stem], (f"{path.stem}-{number}" for number in count(2)))
+            folders[path] = next(one for name in names if (one := self.out / name) not in folders.values())
+        return folders
 
     @contextmanager
     def _bar(self, total: float, what: str = "scenarios") -> Iterator[tuple[Progress, TaskID]]:
@@ -172,12 +200,12 @@ class _Stage:
     def _tell(self, outcome: Outcome, console: Console) -> None:
         from hil_tests.report.table import line_of
 
+        self.told.append(outcome)
         console.print(line_of(outcome), highlight=False, soft_wrap=True)
 
 
-def _conclude(outcomes: Sequence[Outcome], out: Path, console: Console) -> None:
-    """Reports, table, and the exit code."""
-    from hil_tests.report.expectations import passed
+def _report(outcomes: Sequence[Outcome], out: Path, console: Console) -> None:
+    """What came of them, as a page, for CI, and as a table."""
     from hil_tests.report.html import write_report
     from hil_tests.report.junit import write_junit
     from hil_tests.report.table import table_of
@@ -186,6 +214,11 @@ def _conclude(outcomes: Sequence[Outcome], out: Path, console: Console) -> None:
     write_junit(outcomes, out / JUNIT)
     console.print(table_of(outcomes))
     console.print(f"report: {out / REPORT}", highlight=False, markup=False, soft_wrap=True)
+
+
+def _exit_code(outcomes: Sequence[Outcome]) -> int:
+    from hil_tests.report.expectations import passed
+
     if any(outcome.broken is not None for outcome in outcomes):
-        raise click.exceptions.Exit(UNPLAYED)
-    raise click.exceptions.Exit(PASSED if all(map(passed, outcomes)) else FAILED)
+        return UNPLAYED
+    return PASSED if all(map(passed, outcomes)) else FAILED

@@ -1,5 +1,6 @@
 """Frames and packets come to where they belong, through their wires, and are recorded as the gateway gets them."""
 
+import asyncio
 from collections import Counter
 
 import pytest
@@ -137,6 +138,29 @@ async def test_commands_of_a_recorded_dive_are_heard_as_faults_leave_them(stage)
     assert vehicle.frames_heard == []
 
 
+async def delivered():
+    """A link in memory lets frames go first that were sent before."""
+    for _ in range(3):
+        await asyncio.sleep(0)
+
+
+async def test_frames_are_heard_before_packets_that_came_after_them(stage):
+    vehicle, bus, link, _ = stage
+    port, heard = bus.opener()([], Clock(), Counter()), []
+
+    async def read():
+        heard.extend((await port.receive()).time_s.tolist())
+
+    reading = asyncio.create_task(read())
+    await link.connect(None, heard.append, None, Counter())
+    await delivered()
+    vehicle.devices, vehicle.packets = [frame(0.015)], [(START_S + 0.02, HEARTBEAT)]
+    session(stage).step(START_S + 0.02)
+    await reading
+    await delivered()
+    assert heard == [START_S + 0.015, HEARTBEAT]
+
+
 async def test_packets_pass_both_ways_through_the_wire(stage):
     vehicle, _, link, _ = stage
     heard = []
@@ -147,6 +171,7 @@ async def test_packets_pass_both_ways_through_the_wire(stage):
     played.step(START_S)
     assert (heard, vehicle.packets_heard) == ([], [])
     played.step(START_S + 1.0)
+    await delivered()
     assert heard == [HEARTBEAT]
     assert vehicle.packets_heard == [(START_S + 1.0, b"\xfe\x00\x00\xff\x00\x00\x00\x00")]
 
