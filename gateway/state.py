@@ -19,7 +19,7 @@ from typing import Any
 from gateway.channel import Learnt
 from gateway.moment import Moment
 
-FORMAT = "thruster-gateway state 3"
+FORMAT = "thruster-gateway state 4"
 OUR_PACKAGES = frozenset({"detectors", "gateway"})
 # values, and no drivers: those would open what they are for
 OUR_VALUES = frozenset({"drivers.readings", "drivers.mavlink.messages", "drivers.mavlink.command_exchange"})

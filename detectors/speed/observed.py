@@ -20,6 +20,7 @@ from detectors.speed.excitation import Excitation
 from detectors.speed.following import Beginning, Follower
 from detectors.speed.normal import NormalSpeed
 from detectors.speed.sample import PoseSample, SpeedVerdict, position_of
+from detectors.speed.sideways import Sideways
 from detectors.verdict import Level
 
 FloatArray = NDArray[np.float64]
@@ -56,6 +57,7 @@ class ObservedMethod:
         self._follower = Follower(config)
         self._estimator = new_estimator(config)
         self._excitation = Excitation(config.dimensions)
+        self._sideways = Sideways()
         self._evidence = Evidence()
         self._estimate: Estimate | None = None
         self._learnt_s = 0.0
@@ -70,8 +72,12 @@ class ObservedMethod:
     def judge(self, sample: PoseSample) -> SpeedVerdict:
         """The next sample; finite, and later than the one before."""
         last = self._follower.last
-        self.normal.follow(sample.command, 0.0 if last is None else sample.time_s - last.time_s)
+        passed_s = 0.0 if last is None else sample.time_s - last.time_s
+        self.normal.follow(sample.command, passed_s)
+        self._sideways.take(sample.command, sample.sideways, passed_s)
         match self._follower.take(sample, self.normal.share(), self._estimate):
+            case Step() as step if self._sideways.hard:
+                self._pass_over(step)
             case Step() as step:
                 self._learn(step)
             case Beginning(time_s, position_m, idle_s):
@@ -102,6 +108,12 @@ class ObservedMethod:
         else:
             self.normal.forget()
         self._evidence.clear()
+
+    def _pass_over(self, step: Step) -> None:
+        """Goes on from the end of a step that says nothing."""
+        self._estimator.begin(step.position_m, step.time_s)
+        self._estimator.idle(step.interval_s)
+        self._evidence.nothing()
 
     def _learn(self, step: Step) -> None:
         self._excitation.take(step.ahead_s, step.interval_s)
@@ -184,15 +196,20 @@ class ObservedMethod:
         return learnt_mps, outside.error(learnt_mps, said_mps, normal), outside.contradicted(learnt_mps, said_mps)
 
     def _reason(self, level: Level) -> str:
-        estimate = self._estimate
-        if level is Level.NORMAL or estimate is None:
-            return "" if level is Level.NORMAL else "learning"
-        if level >= Level.SUSPECT:
+        if level is Level.NORMAL:
+            return ""
+        if level >= Level.SUSPECT and self._estimate is not None:
             return "too slow" if self._slow else "too fast"
-        if self.normal.command_lost:
-            return "command not known"
-        if self.normal.stopped:
-            return "thrusters stopped"
-        if self.normal.range() is None:
-            return "learning the normal speed"
-        return "learning" if self._learnt_s < START_S else "no turn yet to tell speed from flow"
+        return self._obstacle() or "no turn yet to tell speed from flow"
+
+    def _obstacle(self) -> str:
+        """Why the speed cannot be judged, apart from its own doubt; empty where nothing is in the way."""
+        obstacles = {
+            "learning": self._estimate is None,
+            "command not known": self.normal.command_lost,
+            "thrusters stopped": self.normal.stopped,
+            "driven sideways": self._sideways.hard,
+            "learning the normal speed": self.normal.range() is None,
+        }
+        found = next((reason for reason, there in obstacles.items() if there), "")
+        return found or ("learning" if self._learnt_s < START_S else "")

@@ -148,6 +148,21 @@ def test_the_tide_turns_and_nothing_is_said(seed):
 
 
 @SEEDS
+def test_a_vehicle_that_is_thrust_aside_is_not_judged_by_its_way_ahead(seed):
+    """The two motions brake each other: what comes of the one says nothing while there is the other."""
+    dive = Dive(
+        heading=zig_zag(), power=lambda t: 0.3 if 70.0 <= t < 85.0 else 1.0, speed_mps=2.0, command=lambda t: 0.5
+    )
+    poses = dive.poses(every(0.2, 150.0), seed)
+    assert 70.0 < fault_at(verdicts_of(poses)) < 90.0  # what is judged where nobody thrusts it aside
+    aside = [replace(pose, sideways=0.5 if 70.0 <= pose.time_s < 85.0 else 0.0) for pose in poses]
+    verdicts = verdicts_of(aside)
+    assert levels(verdicts) == {Level.UNKNOWN, Level.NORMAL}
+    assert near(verdicts, 80.0).reason == "driven sideways"
+    assert levels(verdicts, 110.0) == {Level.NORMAL}
+
+
+@SEEDS
 def test_the_net_is_cut(seed):
     dive = Dive(heading=zig_zag(), power=lambda t: 0.5 if 80.0 <= t < 140.0 else 1.0)
     verdicts = verdicts_of(dive.poses(every(0.2, 220.0), seed))
