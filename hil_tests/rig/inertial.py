@@ -1,4 +1,4 @@
-"""A MEMS inertial measurement unit in the autopilot, as RAW_IMU tells of it."""
+"""A MEMS inertial measurement unit in the autopilot, as RAW_IMU or HIGHRES_IMU tells of it."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from hil_tests.sensor_faults import SensorFault
 
 STANDARD_GRAVITY_MPS2 = 9.80665
 INT16_MAX = 2**15 - 1
+HIGHRES_UPDATED = 0x3F  # xacc to zgyro (HIGHRES_IMU_UPDATED_FLAGS)
 STILL: tuple[Vector, Vector] = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
 
 
@@ -113,6 +114,14 @@ def raw_imu(boot_s: float, reading: ImuReading) -> Any:
     forces = [_whole(1e3 * part / STANDARD_GRAVITY_MPS2) for part in reading.specific_force_mps2]
     rates = [_whole(1e3 * part) for part in reading.angular_rate_radps]
     return mavlink.MAVLink_raw_imu_message(round(1e6 * boot_s), *forces, *rates, 0, 0, 0)
+
+
+def highres_imu(boot_s: float, reading: ImuReading) -> Any:
+    """HIGHRES_IMU as PX4 fills it, in SI units; of magnetic field, pressure and temperature it says nothing new."""
+    absent = (0.0,) * 7
+    return mavlink.MAVLink_highres_imu_message(
+        round(1e6 * boot_s), *reading.specific_force_mps2, *reading.angular_rate_radps, *absent, HIGHRES_UPDATED
+    )
 
 
 def _whole(value: float) -> int:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from hil_tests.rig.dvl import DopplerLog, DvlErrors
-from hil_tests.rig.inertial import ImuErrors, InertialUnit, raw_imu
+from hil_tests.rig.inertial import ImuErrors, InertialUnit, highres_imu, raw_imu
 from hil_tests.rig.pressure import PressureErrors, PressureSensor, scaled_pressure2
 from hil_tests.rig.vehicle import Motion
 from hil_tests.sensor_faults import SensorFault
@@ -56,6 +56,11 @@ class Instruments:
         """RAW_IMU, of the mean since the last one; None where there is nothing to tell."""
         reading = self._imu and self._imu.read(boot_s)
         return raw_imu(boot_s, reading) if reading else None
+
+    def highres_imu(self, boot_s: float) -> Any | None:
+        """HIGHRES_IMU of the same, which an autopilot sends in place of it."""
+        reading = self._imu and self._imu.read(boot_s)
+        return highres_imu(boot_s, reading) if reading else None
 
     def scaled_pressure2(self, boot_s: float) -> Any | None:
         """SCALED_PRESSURE2; None where there is nothing to tell."""

@@ -21,7 +21,13 @@ from hil_tests.rig.telemetry import COMPOSERS, Telemetry, compose
 from hil_tests.rig.vehicle import Motion
 
 # What instruments measure at an instant, and is told with its time. All else is told as it is when it is sent.
-SENSED = frozenset({mavlink.MAVLINK_MSG_ID_RAW_IMU, mavlink.MAVLINK_MSG_ID_SCALED_PRESSURE2})
+SENSED = frozenset(
+    {
+        mavlink.MAVLINK_MSG_ID_RAW_IMU,
+        mavlink.MAVLINK_MSG_ID_HIGHRES_IMU,
+        mavlink.MAVLINK_MSG_ID_SCALED_PRESSURE2,
+    }
+)
 GROUND_STATION = 255
 # Signatures carry the time since 2015 in units of 10 us. After a restart ArduPilot goes on a minute ahead of what it
 # had saved, for it may not know the time, and must not repeat itself.

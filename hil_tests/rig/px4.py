@@ -57,6 +57,7 @@ class Px4(Commander):
         mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: 0.2,
         mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: 1.0,
         mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW: 1.0,
+        mavlink.MAVLINK_MSG_ID_HIGHRES_IMU: 1.0,
         mavlink.MAVLINK_MSG_ID_SYSTEM_TIME: 1.0,
         ESC_INFO_ID: 1.0,
         ESC_STATUS_ID: 1.0,

@@ -79,6 +79,10 @@ def _raw_imu(now: Telemetry, _: Commander) -> Any | None:
     return now.instruments and now.instruments.raw_imu(now.boot_s)
 
 
+def _highres_imu(now: Telemetry, _: Commander) -> Any | None:
+    return now.instruments and now.instruments.highres_imu(now.boot_s)
+
+
 def _scaled_pressure2(now: Telemetry, _: Commander) -> Any | None:
     return now.instruments and now.instruments.scaled_pressure2(now.boot_s)
 
@@ -109,6 +113,7 @@ COMPOSERS: dict[int, Composer] = {
     mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: _local_position,
     mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW: _servo_output,
     mavlink.MAVLINK_MSG_ID_RAW_IMU: _raw_imu,
+    mavlink.MAVLINK_MSG_ID_HIGHRES_IMU: _highres_imu,
     mavlink.MAVLINK_MSG_ID_SCALED_PRESSURE2: _scaled_pressure2,
     mavlink.MAVLINK_MSG_ID_SYSTEM_TIME: _system_time,
     mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION: _version,

@@ -16,7 +16,7 @@ from detectors.navigation.strapdown import Strapdown
 from hil_tests.rig.dvl import DopplerLog, DvlErrors
 from hil_tests.rig.geodesy import EARTH_RATE_RADPS, ORIGIN_LATITUDE_RAD, degrees_e7, gravity_mps2, place_m
 from hil_tests.rig.helm import box, steer
-from hil_tests.rig.inertial import EXACT_IMU, ImuErrors, ImuReading, InertialUnit, raw_imu
+from hil_tests.rig.inertial import EXACT_IMU, ImuErrors, ImuReading, InertialUnit, highres_imu, raw_imu
 from hil_tests.rig.instruments import Equipment, Instruments
 from hil_tests.rig.kinematics import Vector, added, attitude_rad, felt
 from hil_tests.rig.pilot import SURVEYING, Pilot
@@ -200,6 +200,14 @@ def test_raw_imu_is_in_whole_thousandths_cut_off_and_says_its_time():
     assert (message.xgyro, message.ygyro, message.zgyro) == (30, 0, 2000)
     beyond = raw_imu(0.0, ImuReading((1e6, -1e6, 0.0), (1e6, -1e6, 0.0)))
     assert (beyond.xacc, beyond.ygyro) == (32767, -32767)
+
+
+def test_highres_imu_is_in_si_units_and_says_what_is_new():
+    message = highres_imu(61.24, ImuReading((0.014, -0.0097, -9.81), (0.0309, -0.0009, 2.0)))
+    assert message.time_usec == 61_240_000
+    assert (message.xacc, message.yacc, message.zacc) == (0.014, -0.0097, -9.81)
+    assert (message.xgyro, message.ygyro, message.zgyro) == (0.0309, -0.0009, 2.0)
+    assert message.fields_updated == 0b111111  # accelerations and rates
 
 
 def test_pressure_is_that_of_the_water_above():
