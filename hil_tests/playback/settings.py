@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
+from copy import deepcopy
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
@@ -12,10 +13,13 @@ from typing import Any
 import tomli_w
 
 from gateway.config import Config, load
+from gateway.problems import ConfigError, Problem
 from hil_tests.scenario.document import Scenario
 
 CONFIG, FINDINGS, KEY = "gateway.toml", "findings.jsonl", "mavlink.key"
 HOST = "127.0.0.1"
+# What a configuration names that lies elsewhere, beside the databases of its buses: table by table, then the key.
+PATHS = (("mavlink", "signing_key"), ("speed", "flow", "file"), ("navigation", "lstm_model"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,11 +29,13 @@ class Meeting:
     Attributes:
         interface, channel: of the CAN bus, as python-can names them; None: as they are configured.
         endpoint: of the autopilot's link, as the gateway's configuration has it.
+        real_autopilot: it has the key of that configuration, if there is one; a simulated one gets a key of the play.
     """
 
     interface: str | None
     channel: str | None
     endpoint: str
+    real_autopilot: bool = False
 
 
 def in_memory() -> Meeting:
@@ -56,23 +62,71 @@ def write_config(
         ConfigError: it has problems.
         OSError: the folder cannot be written to.
     """
-    tables = _laid_over(tomllib.loads(text), scenario.gateway.settings)
-    for bus in tables.get("can", []):
-        bus |= {key: value for key in ("interface", "channel") if (value := getattr(meeting, key)) is not None}
-        if "database" in bus:
-            bus["database"] = str((relative_to / bus["database"]).resolve())
-    if "mavlink" in tables:
-        tables["mavlink"]["endpoint"] = meeting.endpoint
-    key = _key(tables, folder, scenario.seed) if scenario.gateway.signed else None
-    tables["files"] = tables.get("files", {}) | {
+    tables = _laid_over(tomllib.loads(text), deepcopy(scenario.gateway.settings))
+    _resolve_paths(tables, relative_to)
+    _meet(tables, meeting)
+    key = _key(tables, folder, scenario.seed) if _play_signs(tables, scenario, meeting) else None
+    tables["files"] = _table(tables, "files") | {
         "findings": FINDINGS,
         "state": "vehicle.state",
         "control": "gateway.sock",
     }
     for stale in (FINDINGS, "vehicle.state"):
         (folder / stale).unlink(missing_ok=True)
-    (folder / CONFIG).write_text(tomli_w.dumps(tables), encoding="utf-8")
+    (folder / CONFIG).write_text(_toml(tables), encoding="utf-8")
     return load(folder / CONFIG), key
+
+
+def _resolve_paths(tables: dict[str, Any], folder: Path) -> None:
+    """What is no table or path is left as it is, for the gateway to say so."""
+    named = [(bus, "database") for bus in _buses(tables)]
+    for *way, key in PATHS:
+        table = tables
+        for name in way:
+            table = _table(table, name)
+        named.append((table, key))
+    for table, key in named:
+        if isinstance(table.get(key), str):
+            table[key] = str((folder / table[key]).resolve())
+
+
+def _meet(tables: dict[str, Any], meeting: Meeting) -> None:
+    """Raises ConfigError where a bus of the play would be several of the gateway's."""
+    buses = _buses(tables)
+    if meeting.channel is not None and len(buses) > 1:
+        names = ", ".join(str(bus.get("name")) for bus in buses)
+        wanted = "a play has one CAN bus: want one (gateway.settings: {can: [...]} replaces them)"
+        raise ConfigError(CONFIG, [Problem("can", names, wanted)])
+    replaced = {"interface": meeting.interface, "channel": meeting.channel}
+    for bus in buses:
+        bus |= {key: value for key, value in replaced.items() if value is not None}
+    if "mavlink" in tables:
+        _table(tables, "mavlink")["endpoint"] = meeting.endpoint
+
+
+def _play_signs(tables: dict[str, Any], scenario: Scenario, meeting: Meeting) -> bool:
+    return scenario.gateway.signed or ("signing_key" in _table(tables, "mavlink") and not meeting.real_autopilot)
+
+
+def _table(tables: Mapping[str, Any], key: str) -> dict[str, Any]:
+    """One of them; empty where there is none, or something else."""
+    found = tables.get(key)
+    return found if isinstance(found, dict) else {}
+
+
+def _buses(tables: Mapping[str, Any]) -> list[dict[str, Any]]:
+    found = tables.get("can")
+    return [bus for bus in found if isinstance(bus, dict)] if isinstance(found, list) else []
+
+
+def _toml(tables: Mapping[str, Any]) -> str:
+    """Raises ConfigError for what YAML has and TOML has not: a null in a list."""
+    try:
+        return tomli_w.dumps(tables)
+    except (TypeError, ValueError) as error:
+        raise ConfigError(
+            CONFIG, [Problem("gateway.settings", None, f"cannot be written as TOML: {error}")]
+        ) from error
 
 
 def _laid_over(tables: dict[str, Any], settings: Mapping[str, Any]) -> dict[str, Any]:
@@ -96,5 +150,6 @@ def _key(tables: dict[str, Any], folder: Path, seed: int) -> bytes:
     file.unlink(missing_ok=True)
     file.touch(mode=0o600)
     file.write_bytes(key)
-    tables.setdefault("mavlink", {})["signing_key"] = KEY
+    tables.setdefault("mavlink", {})
+    _table(tables, "mavlink")["signing_key"] = KEY
     return key

@@ -119,7 +119,8 @@ class Stage:
         """On a real bus, and UDP; around a real autopilot, where there is one."""
         gate = await leave_for_bus(self._scenario, self._profile, channel, way, clock)
         port = free_port()
-        config, key = self._configured(Meeting(SOCKETCAN, channel, f"udpin:{HOST}:{port}"))
+        is_real = way.autopilot is not None
+        config, key = self._configured(Meeting(SOCKETCAN, channel, f"udpin:{HOST}:{port}", is_real))
         async with AsyncExitStack() as stack:
             bus = stack.enter_context(closing(SocketCanBus(channel, clock, gate)))
             link = stack.enter_context(closing(UdpLink(port)))
@@ -146,7 +147,7 @@ class Stage:
         await leave_for_bridge(self._scenario, way, clock)
         port = free_port()
         channel = way.bridge[0] if way.bridge else None
-        meeting = Meeting(SOCKETCAN if channel else None, channel, f"udpin:{HOST}:{port}")
+        meeting = Meeting(SOCKETCAN if channel else None, channel, f"udpin:{HOST}:{port}", real_autopilot=True)
         config, key = self._configured(meeting)
         gateway: GatewayRun | None = None
         async with AsyncExitStack() as stack:
