@@ -180,7 +180,7 @@ def test_a_gap_begins_with_alignment_again_and_keeps_the_installation(navigation
     watched = watching(navigation_config)
     play(watched, dive(8.0))
     first = watched.learnt()["navigation"].detector
-    outcomes = play(watched, dive(8.0, begin_s=14.0))
+    outcomes = play(watched, dive(8.0, begin_s=11.0))
     reasons = [one.verdict.reason for one in judged(outcomes)]
     assert reasons.count("aligned") == 1
     assert watched.learnt()["navigation"].detector is first
@@ -204,7 +204,7 @@ def test_restart_of_the_autopilot(navigation_config):
 def test_a_short_gap_is_the_detectors_to_bridge(navigation_config):
     watched = watching(navigation_config)
     play(watched, dive(8.0))
-    outcomes = play(watched, dive(4.0, begin_s=11.0))
+    outcomes = play(watched, dive(4.0, begin_s=10.0))
     assert {one.verdict.level for one in judged(outcomes)} == {Level.NORMAL}
 
 
