@@ -29,8 +29,8 @@ from gateway.channel import NavigationJudgement
 from gateway.config_sections import Navigation
 from gateway.local_frame import LocalFrame
 
-# Over shorter gaps of the inertial unit the detector goes on, and doubts what it knows the more the longer they are. In
-# a longer one a vehicle may have turned so far that the error of its attitude would be taken for a sensor's.
+# Over shorter gaps of the inertial unit the detector goes on, and doubts what it knows the more the longer they are.
+# In a longer one a vehicle may have turned so far that the error of its attitude would be taken for a sensor's.
 GAP_S = 2.5
 # Slower than this, an inertial unit misses the motion of a vehicle between its samples.
 RATE_MIN_HZ = 8.0
