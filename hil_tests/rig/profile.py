@@ -131,6 +131,7 @@ class Profile(Section):
             settings: tables of the gateway's own, laid over it.
         """
         bus: dict[str, Any] = {"name": BUS, "interface": interface, "channel": channel, "protocol": self.bus.protocol}
+        bus["bitrate"] = self.bus.bitrate  # a virtual bus has none of its own, by which its load would be known
         if self.database is not None:
             bus["database"] = os.path.relpath(self.database, (folder or self.folder).resolve())
         tables = {"vehicle": {"name": self.name}, "can": [bus], "mavlink": {"endpoint": endpoint}}
