@@ -10,10 +10,11 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help demo test bench fuzz lint clean
+.PHONY: help demo hil test bench fuzz lint clean
 
 help:
 	@echo "make demo    the gateway against a simulated vehicle: weeds, a current, a net, a DVL that drifts"
+	@echo "make hil     scripted faults on a simulated vehicle, judged: all scenarios that ship, and a report"
 	@echo "make test    all tests; those of a real CAN bus on vcan0 or in a small virtual machine"
 	@echo "make bench   the detectors beside their peers and the papers' figures"
 	@echo "make fuzz    every parser under bytes that nobody would send, for minutes; the tests do it for seconds"
@@ -22,6 +23,9 @@ help:
 
 demo: $(VENV)/installed-base
 	@$(VENV)/bin/gateway demo $(ARGS)
+
+hil: $(VENV)/installed-base
+	@$(VENV)/bin/gateway hil play $(ARGS)
 
 test: $(VENV)/installed-test
 	@$(VENV)/bin/python -m pytest $(ARGS)
