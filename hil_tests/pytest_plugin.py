@@ -5,12 +5,11 @@ Loaded by pytest itself wherever this package is installed. `hil_tests/examples/
     gateway_rig    plays a scenario, from a file or built in Python, and returns what came of it
     scenario       the scenario that `@pytest.mark.scenario(name, **changes)` names, ready for the rig
 
-`pytest --hil-can vcan0` plays them in real time on a real bus, `--hil-realtime` in real time in memory.
+`pytest --hil-can vcan0` plays them in real time on a bus of the kernel, `--hil-realtime` in real time in memory.
 """
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,7 +26,7 @@ MARKER = "scenario(name, **changes): the scenario, by its file or the name of on
 def pytest_addoption(parser: pytest.Parser) -> None:
     """See the module's text."""
     group = parser.getgroup("thruster gateway")
-    group.addoption("--hil-can", metavar="CHANNEL", help="play scenarios in real time on this SocketCAN interface")
+    group.addoption("--hil-can", metavar="CHANNEL", help="play scenarios in real time on this virtual SocketCAN bus")
     group.addoption("--hil-realtime", action="store_true", help="play scenarios in real time, in memory")
 
 
@@ -75,6 +74,8 @@ class GatewayRig:
         Raises:
             ConfigError, ValueError: it cannot be played.
         """
+        from drivers.can.port import CanPortError
+        from hil_tests.bridge.permission import RefusedError
         from hil_tests.playback.play import play
         from hil_tests.scenario.document import Scenario
 
@@ -83,7 +84,11 @@ class GatewayRig:
         elif not isinstance(scenario, Scenario):
             scenario = self.load(scenario, **fields)
         self._plays += 1
-        return play(scenario, self._home / "scenario.yaml", self._folder / f"play{self._plays}", self._way)
+        folder = self._folder / f"play{self._plays}"
+        try:
+            return play(scenario, self._home / "scenario.yaml", folder, self._way)
+        except (CanPortError, RefusedError) as error:  # no fault of the test: how pytest was called
+            pytest.fail(f"--hil-can {self._way.channel}: {error}", pytrace=False)
 
     def require(self, outcome: Outcome) -> None:
         """All that the scenario expects has come about, and nothing that it forbids.
@@ -113,5 +118,8 @@ def scenario(request: pytest.FixtureRequest, gateway_rig: GatewayRig) -> Scenari
     """The scenario that the test's marker names."""
     marker = request.node.get_closest_marker("scenario")
     if marker is None or len(marker.args) != 1:
-        raise pytest.UsageError(f"{request.node.nodeid}: the fixture wants @pytest.mark.{re.sub(':.*', '', MARKER)}")
-    return gateway_rig.load(*marker.args, **marker.kwargs)
+        pytest.fail(f"the fixture `scenario` wants @pytest.mark.{MARKER}", pytrace=False)
+    try:
+        return gateway_rig.load(*marker.args, **marker.kwargs)
+    except ValueError as error:  # problems of a file are such as well
+        pytest.fail(str(error), pytrace=False)
