@@ -35,6 +35,8 @@ from drivers.mavlink.streams import Stream, StreamRequests
 from drivers.mavlink.transports import open_transport
 from drivers.readings import Reading, ThrusterCommand
 from gateway.config import parse
+from hil_tests.bridge.armed_watch import ArmedWatch
+from hil_tests.bridge.permission import Granted
 from hil_tests.dive_logs.senders import side_of
 from hil_tests.playback.attached_sensors import AttachedSensors
 from hil_tests.playback.listening import HeardModes, Listener
@@ -110,6 +112,7 @@ class AttachedDevices:
         self._requests = StreamRequests(lambda _autopilot: wanted)
         self._news: list[Reading] = []
         self._heard, self._listener = HeardModes(), Listener(key)
+        self._watch = ArmedWatch(start_s)
         self._motion = HeardMotion()
         self._sensors = AttachedSensors(profile.sensors, scenario.seed, self._signing)
         of_sensors = [fault for fault in scenario.faults if fault.subject.target in SENSORS]
@@ -133,8 +136,13 @@ class AttachedDevices:
     def from_autopilot(self, time_s: float, data: bytes) -> None:
         """MAVLink has come from the autopilot, cut anywhere."""
         self._datagrams.append((time_s, data))
+        self._watch.feed(data, time_s)
         for packet in self._scanner.feed(data, time_s):
             self._take(packet, time_s)
+
+    def trouble(self, time_s: float, granted: Granted) -> str:
+        """Why the play must end now: its link is gone, an autopilot is armed, or may be; "": it may go on."""
+        return self.lost or self._watch.stop_reason(time_s, granted)
 
     def advance(self, time_s: float) -> None:
         """Everything that is due by this time happens."""

@@ -156,7 +156,7 @@ class Stage:
             recorder = stack.enter_context(Recorder(self._folder))
             if channel is not None:
                 await stack.enter_async_context(recorded_bus(channel, clock, recorder))
-            self._start_s = clock.now()
+            self._start_s = self._end_s = clock.now()
             endpoint = way.gateway or f"udpout:{HOST}:{port}"
             bridges = Bridges(self._scenario, config, way, endpoint, self._start_s, key, clock, recorder)
             self._witness = bridges.tap
@@ -203,7 +203,8 @@ class Stage:
         name = config.can[0].name if config.can else BUS
         can_wire = CanWire(name, CanSignals.of(config, name), scenario.faults, start_s, scenario.seed)
         mavlink_wire = MavlinkWire(scenario.faults, start_s, scenario.seed, key, config)
-        self._witness, self._start_s = vehicle, start_s
+        self._witness = vehicle
+        self._start_s = self._end_s = start_s
         self._counts = {"CAN": can_wire.counts, "MAVLink": mavlink_wire.counts}
         with Recorder(self._folder) as recorder:
             parts = Parts(
@@ -216,23 +217,25 @@ class Stage:
                 mavlink_wire=mavlink_wire,
                 recorder=recorder,
             )
-            late_s = await self._steps(clock, Session(parts), gateway, lambda: _trouble(vehicle, way))
+            late_s = await self._steps(clock, Session(parts), gateway, lambda time_s: _trouble(vehicle, way, time_s))
         self._end_s = clock.now()
         if late_s > LATE_S:
             self._account.append(f"the vehicle fell behind by up to {late_s:.1f} s: this machine is too slow for it")
 
-    async def _steps(self, clock: Clock, session: Session, gateway: GatewayRun, trouble: Callable[[], str]) -> float:
+    async def _steps(
+        self, clock: Clock, session: Session, gateway: GatewayRun, trouble: Callable[[float], str]
+    ) -> float:
         """Returns by how much the latest step was late."""
         late_s = 0.0
-        for n in range(round(self._scenario.duration_s / STEP_S)):
+        for n in range(round(self._scenario.duration_s / STEP_S) + 1):
             due_s = self._start_s + n * STEP_S
             await asyncio.sleep(max(due_s - clock.now(), 0.0))
-            now_s = clock.now()
+            self._end_s = now_s = clock.now()
             late_s = max(late_s, now_s - due_s)
             session.step(now_s)
             gateway.check()
             self._progress(n * STEP_S)
-            if reason := trouble():
+            if reason := trouble(now_s):
                 raise PlayEndedError(reason)
         return late_s
 
@@ -240,6 +243,7 @@ class Stage:
         """Until the scenario is over, or something fails."""
         while (since_s := clock.now() - self._start_s) < self._scenario.duration_s:
             self._progress(since_s)
+            self._end_s = self._start_s + since_s
             await asyncio.sleep(LOOK_S)
             if gateway is not None:
                 gateway.check()
@@ -276,13 +280,11 @@ class Stage:
         )
 
 
-def _trouble(vehicle: Played, way: Way | None) -> str:
+def _trouble(vehicle: Played, way: Way | None, time_s: float) -> str:
     """Why a play around a real autopilot must end now; "": it may go on."""
     if way is None or not isinstance(vehicle, AttachedDevices):
         return ""
-    if vehicle.modes and vehicle.modes[-1].armed and not way.granted.while_armed:
-        return "the autopilot has become armed: stopped, for --while-armed was not said"
-    return vehicle.lost
+    return vehicle.trouble(time_s, way.granted)
 
 
 def _series(values: Sequence[ReceivedValue]) -> Series:

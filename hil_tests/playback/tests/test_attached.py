@@ -24,6 +24,7 @@ from drivers.mavlink.tests.peer import Peer
 from drivers.readings import ThrusterCommand, ThrusterReport
 from gateway.config import parse
 from gateway.wiring import can_decoder
+from hil_tests.bridge.permission import Granted
 from hil_tests.playback.attached import AttachedDevices, attached
 from hil_tests.playback.sockets import HOST, free_port
 from hil_tests.profiles.loading import load_profile
@@ -105,6 +106,18 @@ def test_servo_outputs_turn_the_thrusters_and_are_on_the_bus_as_commands():
     assert {round(one.fraction, 3) for one in commands if one.thruster == 1} == {0.25}
     assert commands[0].time_s >= START_S + 2.0  # until then somebody might command on the bus
     assert not bench.decoder.drops
+
+
+def test_a_play_around_an_autopilot_that_is_armed_or_silent_ends():
+    bench = Bench()
+    bench.says(bench.autopilot.heartbeat(base_mode=0x51))
+    assert bench.devices.trouble(bench.now_s + 1.0, Granted()) == ""
+    assert "has been silent" in bench.devices.trouble(bench.now_s + 6.0, Granted())
+    bench.says(Peer(2, 1).heartbeat(base_mode=0xD1), bench.autopilot.heartbeat(base_mode=0x51))
+    assert "(system 2) has become armed" in bench.devices.trouble(bench.now_s + 1.0, Granted())
+    assert bench.devices.trouble(bench.now_s + 6.0, Granted(while_armed=True)) == ""
+    bench.devices.lost = "udpin:127.0.0.1:1: gone"
+    assert bench.devices.trouble(bench.now_s, Granted(while_armed=True)) == "udpin:127.0.0.1:1: gone"
 
 
 def test_with_commands_on_the_bus_servo_outputs_say_nothing():
