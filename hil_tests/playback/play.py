@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import fcntl
+import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -69,13 +72,32 @@ def play(
         ConfigError, RefusedError, CanPortError, OSError, ValueError: as `play_file`.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    stage = Stage(scenario, path, folder, progress, factories)
-    began_s, broken = time.perf_counter(), None
+    with _alone_in(folder):
+        stage = Stage(scenario, path, folder, progress, factories)
+        began_s, broken = time.perf_counter(), None
+        try:
+            _play(stage, way)
+        except (GatewayFailedError, PlayEndedError) as error:
+            broken = str(error)
+        return replace(stage.outcome(str(way), broken), wall_s=time.perf_counter() - began_s)
+
+
+@contextmanager
+def _alone_in(folder: Path) -> Iterator[None]:
+    """Raises ValueError while another play writes there: each would take the other's findings for its own."""
+    place = os.open(folder, os.O_RDONLY)
     try:
-        _play(stage, way)
-    except (GatewayFailedError, PlayEndedError) as error:
-        broken = str(error)
-    return replace(stage.outcome(str(way), broken), wall_s=time.perf_counter() - began_s)
+        _lock(place, folder)
+        yield
+    finally:
+        os.close(place)
+
+
+def _lock(place: int, folder: Path) -> None:
+    try:
+        fcntl.flock(place, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError as error:
+        raise ValueError(f"another play writes into {folder}: wait for its end, or give another --out") from error
 
 
 def _play(stage: Stage, way: Way) -> None:

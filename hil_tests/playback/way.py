@@ -36,6 +36,9 @@ class Way:
     granted: Granted = Granted()  # noqa: RUF009  frozen
 
     def __post_init__(self) -> None:
+        for option, named in (("--can", self.channel), ("--mavlink", self.autopilot), ("--gateway", self.gateway)):
+            if named == "":
+                raise ValueError(f"{option} has nothing behind it: want a name, or leave {option} out")
         if self.channel is not None and self.bridge is not None:
             raise ValueError("a bus is bridged, or nodes are played onto it: want --can or --bridge, not both")
         if self.gateway is not None and not self.is_bridged:
