@@ -99,7 +99,8 @@ class Laps:
     def _words(self) -> str:
         if self._part == WHOLE:
             return "that the configuration has a link for"
-        return f"from {self._part.from_s:g} s to {self._part.to_s:g} s of the dive"
+        end = "on" if self._part.to_s == inf else f"to {self._part.to_s:g} s"
+        return f"from {self._part.from_s:g} s {end}, counted from the beginning of the dive"
 
 
 def moved(piece: Piece, by_s: float) -> Piece:

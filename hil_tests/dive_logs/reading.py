@@ -53,7 +53,7 @@ class LoggedDive:
         folder: Path = Path(),
         offsets_s: Mapping[Path, float] = NO_OFFSETS,
     ) -> None:
-        inputs = [_located(log, config, folder) for log in logs]
+        inputs = [located(log, config, folder) for log in logs]
         self._config = config
         self._logs = on_one_clock(grouped(inputs, config, offsets_s), config, offsets_s)
         self._has_frames = any(log.kind is LogKind.CAN for log in inputs)
@@ -106,11 +106,23 @@ class _Clock:
         return OnBus(self._newest_s, piece.frame, piece.bus)
 
 
-def _located(log: str, config: Config, folder: Path) -> LogInput:
+def located(log: str, config: Config, folder: Path) -> LogInput:
+    """A log that the user named.
+
+    Args:
+        log: `[LINK=]PATH`.
+        config: whose links they are.
+        folder: what a relative path is relative to.
+
+    Raises:
+        OSError: it cannot be read.
+        ValueError: a link that there is none of.
+    """
     link, equals, path = log.partition("=")
-    if equals and link in config.links():
-        return log_input(f"{link}={folder / path}", config.links())
-    return log_input(str(folder / log), config.links())
+    links, whole = config.links(), folder / log
+    if equals and (link in links or ((folder / path).exists() and not whole.exists())):
+        return log_input(f"{link}={folder / path}", links)
+    return log_input(str(whole), links)
 
 
 def _frames(log: LogInput, timed: TimedLog, damage: DamageReport) -> Iterator[Piece]:

@@ -12,6 +12,7 @@ from typing import Any
 
 from gateway.config import Config
 from gateway.problems import ConfigError, Problem, is_file
+from hil_tests.dive_logs.reading import located
 from hil_tests.playback.settings import in_memory, write_config
 from hil_tests.profiles import Profile, load_profile, profile_names
 from hil_tests.rig import ardusub, px4
@@ -72,6 +73,23 @@ def gateway_config(scenario: Scenario, path: Path, profile: Profile) -> Config:
         raise ConfigError(source, error.problems) from error
 
 
+def check_recording(scenario: Scenario, path: Path, config: Config) -> None:
+    """Whether the logs that a scenario names are there.
+
+    Args:
+        scenario: may have none.
+        path: of its file.
+        config: of its gateway.
+
+    Raises:
+        ConfigError: some are not, or are of no link.
+    """
+    logs = () if scenario.recording is None else scenario.recording.logs
+    problems = [problem for log in logs for problem in _log_problems(log, path, config)]
+    if problems:
+        raise ConfigError(str(path), problems)
+
+
 def misfits(
     scenario: Scenario, profile: Profile, entries: Sequence[Mapping[str, Any]] = ()
 ) -> Iterator[Contradiction]:
@@ -104,6 +122,15 @@ def _vehicle(scenario: Scenario, document: YamlDocument, folder: Path) -> Profil
         wanted = f"no such vehicle and no such file, {hint}"
         raise DocumentError(document.source, [document.problem(("vehicle",), scenario.vehicle, wanted)])
     return load_profile(scenario.vehicle, folder)
+
+
+def _log_problems(log: str, path: Path, config: Config) -> Iterator[Problem]:
+    try:
+        located(log, config, path.parent)
+    except OSError as error:
+        yield Problem("recording.logs", log, f"cannot be read: {error.filename}: {error.strerror}")
+    except ValueError as error:
+        yield Problem("recording.logs", log, str(error))
 
 
 def _subjects(scenario: Scenario) -> Iterator[tuple[Location, str]]:

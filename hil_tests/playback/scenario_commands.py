@@ -10,10 +10,11 @@ from rich.console import Console
 from rich.table import Table
 
 from gateway.problems import ConfigError
-from hil_tests.playback.fitting import gateway_config, load_fitting
+from hil_tests.playback.fitting import check_recording, gateway_config, load_fitting
 from hil_tests.playback.listing import failure_table, profile_table, scenario_table
 from hil_tests.profiles import load_profile, profile_names
 from hil_tests.scenario.document import Scenario
+from hil_tests.scenario.loading import SUFFIXES
 from hil_tests.scenario.schema import schema_text
 from hil_tests.scenario.shelf import scenario_files
 from hil_tests.scenario.template import new_scenario
@@ -38,14 +39,14 @@ class WrongError(click.ClickException):
     "faults",
     multiple=True,
     metavar="TEXT",
-    help='Such as "thruster 3 entangled"; more than once: several.',
+    help='Such as "thruster 3 entangled", or "thruster 3 rpm scale factor=0.9 at_s=20"; more than once: several.',
 )
 def new(file: Path, vehicle: str, faults: tuple[str, ...]) -> None:
     """Write a commented scenario that can be played as it is. A file that is there is never overwritten.
 
     Exit code 0: written; 2: not.
     """
-    path = file if file.suffix else file.with_suffix(".yaml")
+    path = file if file.suffix in SUFFIXES else file.with_name(f"{file.name}.yaml")
     try:
         text = new_scenario(vehicle, faults)
         with path.open("x", encoding="utf-8") as out:
@@ -107,13 +108,13 @@ def schema() -> None:
 
 
 def check_one(path: Path) -> Scenario:
-    """A scenario with all that belongs to it: its vehicle, its gateway's configuration.
+    """A scenario with all that belongs to it: its vehicle, its gateway's configuration, the logs of its recording.
 
     Raises:
         ConfigError: one of them has problems.
     """
     scenario, profile = load_fitting(path)
-    gateway_config(scenario, path, profile)
+    check_recording(scenario, path, gateway_config(scenario, path, profile))
     return scenario
 
 

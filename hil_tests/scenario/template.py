@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
 
 from hil_tests.scenario.failures import FailureKind, Quantity, Target, kinds_of
 from hil_tests.scenario.fault import Subject, failure_hint, subject_named
 from hil_tests.scenario.schema import SCHEMA_FILE
 
-ONSET_S, DURATION_S = 60, 90
+ONSET_S, DURATION_S, AFTERMATH_S = 60, 90, 30
 # What the detectors of navigation sensors take; the others are quicker.
 WITHIN_S: Mapping[Target, int] = {Target.THRUSTER: 5, Target.RPM: 5, Target.COMMAND: 5}
 SLOW_WITHIN_S = 20
@@ -67,26 +69,60 @@ never:
 """
 
 
+@dataclass(frozen=True, slots=True)
+class WantedFault:
+    """What the user has asked for: whom it befalls, what happens, and keys of its entry as the file has them."""
+
+    subject: Subject
+    row: FailureKind
+    keys: Mapping[str, str]
+
+    def entry(self) -> str:
+        """Of the file. Keys that it cannot have are in it as well: the check of the file says so."""
+        left = dict(self.keys)
+        lines = [f"  - at_s: {left.pop('at_s', ONSET_S)}", f"    subject: {self.subject.name}"]
+        lines.append(f"    failure: {self.row.failure}  # {self.row.text}")
+        lines += [_quantity(quantity, left.pop(quantity.name, "")) for quantity in self.row.quantities]
+        lines += [f"    {key}: {value}" for key, value in left.items()]
+        hints = {"axis": f"{self.row.axes[0]}  # {', '.join(self.row.axes)}; left out: all"} if self.row.axes else {}
+        hints |= {"ramp_s": "5  # to its full size; left out: at once", "duration_s": "20"}
+        return "\n".join([*lines, *(f"    # {key}: {hint}" for key, hint in hints.items() if key not in left)])
+
+    def end_s(self) -> float:
+        """When enough was seen of it."""
+        with suppress(ValueError):  # what is no number the check tells
+            return float(self.keys.get("at_s", ONSET_S)) + AFTERMATH_S
+        return DURATION_S
+
+
 def new_scenario(vehicle: str, faults: Sequence[str], schema: str = SCHEMA_FILE.as_uri()) -> str:
     """The text of a file.
 
     Args:
         vehicle: name of a profile, or path.
-        faults: each a subject and its failure, in words: "thruster 3 entangled", "can0 bus off".
+        faults: each a subject and its failure, in words: "thruster 3 entangled", "can0 bus off"; with any keys of its
+            entry: "thruster 3 rpm scale factor=0.9 at_s=20".
         schema: what the editor is told of where the schema is.
 
     Raises:
         ValueError: a fault that is not in the table.
     """
-    wanted = [_named(fault) for fault in faults]
+    wanted = [_wanted(fault) for fault in faults]
     return _TEXT.format(
         schema=schema,
         vehicle=vehicle if PLAIN.fullmatch(vehicle) else json.dumps(vehicle),
-        duration_s=DURATION_S,
-        faults="\n".join(["faults:" if wanted else "faults: []", *map(_entry, wanted)]) + "\n",
-        expect=_expectations([subject for subject, _ in wanted]),
+        duration_s=f"{max([DURATION_S, *(one.end_s() for one in wanted)]):g}",
+        faults="\n".join(["faults:" if wanted else "faults: []", *(one.entry() for one in wanted)]) + "\n",
+        expect=_expectations([one.subject for one in wanted]),
         before="\n    before_s: fault" if wanted else "",
     )
+
+
+def _wanted(fault: str) -> WantedFault:
+    words = fault.split()
+    subject, row = _named(" ".join(word for word in words if "=" not in word))
+    keys = dict(word.split("=", 1) for word in words if "=" in word)
+    return WantedFault(subject, row, keys)
 
 
 def _named(fault: str) -> tuple[Subject, FailureKind]:
@@ -103,21 +139,23 @@ def _named(fault: str) -> tuple[Subject, FailureKind]:
         if row is not None:
             return subject, row
         raise ValueError(f"fault = {fault}: {failure_hint(subject.target, '_'.join(words[count:]))}")
-    raise ValueError(problems[-1])
+    raise ValueError(_lacking(fault) or problems[-1])
 
 
-def _entry(wanted: tuple[Subject, FailureKind]) -> str:
-    subject, row = wanted
-    lines = [f"  - at_s: {ONSET_S}", f"    subject: {subject.name}", f"    failure: {row.failure}  # {row.text}"]
-    lines += map(_quantity, row.quantities)
-    if row.axes:
-        lines.append(f"    # axis: {row.axes[0]}  # {', '.join(row.axes)}; left out: all")
-    return "\n".join([*lines, "    # ramp_s: 5  # to its full size; left out: at once", "    # duration_s: 20"])
+def _lacking(fault: str) -> str:
+    """What to say of a subject that nothing befalls."""
+    try:
+        subject = subject_named(fault)
+    except ValueError:
+        return ""
+    if subject.target is Target.BUS:  # any word could be one
+        return ""
+    return f"fault = {fault}: say what befalls it as well: {', '.join(kinds_of(subject.target))}"
 
 
-def _quantity(quantity: Quantity) -> str:
+def _quantity(quantity: Quantity, given: str) -> str:
     value = TYPICAL[quantity.name] if quantity.default is None else quantity.default
-    return f"    {quantity.name}: {value:g}  # {quantity.text}"
+    return f"    {quantity.name}: {given or f'{value:g}'}  # {quantity.text}"
 
 
 def _expectations(subjects: Sequence[Subject]) -> str:

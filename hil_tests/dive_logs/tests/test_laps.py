@@ -88,7 +88,7 @@ def test_a_lap_of_one_packet_does_not_turn_into_a_flood():
 
 
 def test_nothing_in_a_part_is_told_with_the_part():
-    with pytest.raises(ValueError, match="nothing was recorded from 60 s to inf s of the dive"):
+    with pytest.raises(ValueError, match="nothing was recorded from 60 s on, counted from the beginning of the dive"):
         next(iter(Laps(attitudes(50), Part(60.0), True, BUS)))
 
 

@@ -58,6 +58,15 @@ def test_new_without_a_fault_is_a_healthy_dive(tmp_path: Path) -> None:
     assert scenario.faults == () and scenario.never[0].before_s is None
 
 
+def test_new_takes_quantities_and_times(tmp_path: Path) -> None:
+    text = "dvl bias bias_mps=0.4 axis=right at_s=100 ramp_s=3"
+    assert called("new", tmp_path / "v1.2", "--fault", text)[0] == 0
+    scenario, _ = load_fitting(tmp_path / "v1.2.yaml")
+    (fault,) = scenario.faults
+    assert (fault.at_s, fault.ramp_s, fault.axis, fault.values["bias_mps"]) == (100.0, 3.0, 1, 0.4)
+    assert scenario.duration_s == 130.0
+
+
 def test_new_never_overwrites(written: Path) -> None:
     code, text = called("new", written)
     assert (code, text) == (2, f"Error: {written} is there already: give another name\n")
@@ -70,6 +79,9 @@ def test_new_never_overwrites(written: Path) -> None:
         (["--fault", "thruster3 entangled"], 'no such subject, want "thruster 3"'),
         (["--fault", "dvl frozen"], "no failure of a dvl, did you mean stuck?"),
         (["--fault", "weeds"], "want a subject and what befalls it"),
+        (["--fault", "thruster 3"], "say what befalls it as well: entangled, blocked"),
+        (["--fault", "thruster 3 rpm scale fcator=0.9"], "unknown key, did you mean factor?"),
+        (["--fault", "thruster 3 entangled share=lots"], "should be a valid number"),
         (["--fault", "thruster 9 entangled"], "has thrusters 1 to 8"),
         (["--vehicle", "bluerov2_heavie"], "no such vehicle and no such file, did you mean bluerov2_heavy"),
     ],
@@ -113,6 +125,19 @@ def test_check_of_the_gateway_s_configuration(written: Path) -> None:
     written.write_text(f"{SHORT}gateway: {{config: none.toml}}\n")
     code, text = called("check", written)
     assert code == 2 and "gateway.config = none.toml: cannot be read" in text
+
+
+@pytest.mark.parametrize(
+    ("log", "wanted"),
+    [("none.log", "cannot be read: {folder}/none.log: No such file"), ("can7=is.log", "want one of the links")],
+)
+def test_check_of_a_recording(written: Path, log: str, wanted: str) -> None:
+    (written.parent / "is.log").touch()
+    written.write_text(f"{SHORT}recording: {{logs: [{log}]}}\n")
+    code, text = called("check", written)
+    assert code == 2 and wanted.format(folder=written.parent) in text
+    written.write_text(f"{SHORT}recording: {{logs: [is.log, can0=is.log]}}\n")
+    assert called("check", written)[0] == 0
 
 
 def test_check_of_two_with_one_name(tmp_path: Path) -> None:
