@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import isfinite
 
 from rich.table import Table
 from rich.text import Text
@@ -62,8 +61,8 @@ def _quantities(row: FailureKind) -> str:
 
 
 def _quantity(quantity: Quantity) -> str:
-    bounds = f"; {quantity.wanted}" if isfinite(quantity.minimum) or isfinite(quantity.maximum) else ""
-    default = "" if quantity.default is None else f"; {quantity.default:g} if left out"
+    bounds = f"; {quantity.wanted}" if quantity.wanted else ""
+    default = "" if quantity.default is None else f"; {quantity.default:.10g} if left out"
     return f"{quantity.name}: {quantity.text}{bounds}{default}"
 
 

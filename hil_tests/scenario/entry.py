@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
-from math import inf, isfinite, nextafter
+from math import inf, nextafter
 from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import Field, ValidationError, create_model
@@ -49,10 +49,7 @@ def entry_model(row: FailureKind) -> type[Beginning]:
 
 
 def _field(quantity: Quantity) -> Any:
-    bounds: dict[str, Any] = (
-        {"ge" if quantity.inclusive else "gt": quantity.minimum} if isfinite(quantity.minimum) else {}
-    )
-    bounds |= {"le": quantity.maximum} if isfinite(quantity.maximum) else {}
+    bounds: dict[str, Any] = {"ge" if quantity.inclusive else "gt": quantity.minimum, "le": quantity.maximum}
     bounds |= {"default": quantity.default} if quantity.default is not None else {}
     return Field(description=quantity.text, allow_inf_nan=False, **bounds)
 

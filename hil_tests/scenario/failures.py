@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from math import inf, isfinite
+from math import isfinite
 
 
 class Target(StrEnum):
@@ -39,6 +39,10 @@ SENSORS = frozenset(
 )
 
 
+# Of what has no bounds of its own: more is a slip of the pen, and no wire has a place for it.
+LARGEST = 1e6
+
+
 @dataclass(frozen=True, slots=True)
 class Quantity:
     """A number that a failure needs.
@@ -53,8 +57,8 @@ class Quantity:
     name: str
     text: str
     default: float | None = None
-    minimum: float = -inf
-    maximum: float = inf
+    minimum: float = -LARGEST
+    maximum: float = LARGEST
     inclusive: bool = True
 
     def allows(self, value: float) -> bool:
@@ -64,10 +68,10 @@ class Quantity:
 
     @property
     def wanted(self) -> str:
-        """The bounds, in words: "above 0, at most 0.95"."""
-        least = f"{'at least' if self.inclusive else 'above'} {self.minimum:g}" if isfinite(self.minimum) else ""
-        most = f"at most {self.maximum:g}" if isfinite(self.maximum) else ""
-        return ", ".join(filter(None, (least, most))) or "a finite number"
+        """The bounds that are its own, in words: "above 0, at most 0.95"; "" where it has none."""
+        least = "" if self.minimum == -LARGEST else f"{'at least' if self.inclusive else 'above'} {self.minimum:.10g}"
+        most = "" if self.maximum == LARGEST else f"at most {self.maximum:.10g}"
+        return ", ".join(filter(None, (least, most)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,8 +97,8 @@ def _share(text: str, default: float | None = None, maximum: float = 1.0) -> Qua
     return Quantity("share", text, default, 0.0, maximum, inclusive=False)
 
 
-def _seconds(name: str, text: str, default: float | None = None) -> Quantity:
-    return Quantity(name, text, default, 0.0, inclusive=False)
+def _seconds(name: str, text: str, default: float | None = None, maximum: float = LARGEST) -> Quantity:
+    return Quantity(name, text, default, 0.0, maximum, inclusive=False)
 
 
 BODY_AXES = ("forward", "right", "down")
@@ -129,7 +133,7 @@ def _distorted(target: Target, unit: str, per_s: str, what: str) -> tuple[Failur
     )
 
 
-ONLY = Quantity("node", "frames of this DroneCAN node only; left out: of all", -1.0, -1.0, 127.0)
+ONLY = Quantity("node", "frames of this DroneCAN node only; -1: of all", -1.0, -1.0, 127.0)
 
 TABLE: tuple[FailureKind, ...] = (
     FailureKind(
@@ -153,31 +157,42 @@ TABLE: tuple[FailureKind, ...] = (
         "the ESC restarts, again and again while it lasts",
         (_seconds("silent_s", "without drive and reports", 1.5), _seconds("every_s", "from restart to restart", 1e6)),
     ),
-    FailureKind(Target.THRUSTER, "delayed", "obeys later than before", (_seconds("delay_s", "by so much"),)),
     FailureKind(
-        Target.THRUSTER, "slow", "takes longer to its speed", (Quantity("factor", "of its time constants", 3.0, 1.0),)
+        Target.THRUSTER, "delayed", "obeys later than before", (_seconds("delay_s", "by so much", None, 60.0),)
+    ),
+    FailureKind(
+        Target.THRUSTER,
+        "slow",
+        "takes longer to its speed",
+        (Quantity("factor", "of its time constants", 3.0, 1.0, 1000.0),),
     ),
     FailureKind(Target.THRUSTER, "reverse", "turns the other way: two phases are swapped"),
     *_sensor(Target.RPM, "rpm", "rpm_per_s", "speed"),
     FailureKind(Target.RPM, "dropped_pulses", "Hall pulses get lost", (_share("of the pulses"),)),
     *_sensor(Target.COMMAND, "share", "share_per_s", "command"),
     FailureKind(
-        Target.BATTERY, "sag", "the supply falls, whatever the load", (Quantity("sag_v", "volts", None, 0.0),)
+        Target.BATTERY, "sag", "the supply falls, whatever the load", (Quantity("sag_v", "volts", None, 0.0, 1000.0),)
     ),
     FailureKind(
-        Target.HULL, "net", "something catches on the hull", (Quantity("drag_factor", "of its drag", 3.7, 1.0),)
+        Target.HULL,
+        "net",
+        "something catches on the hull",
+        (Quantity("drag_factor", "of its drag", 3.7, 1.0, 1000.0),),
     ),
     FailureKind(
         Target.HULL,
         "pull",
         "the tether pulls",
-        (Quantity("force_n", "newtons", None, 0.0), Quantity("towards_deg", "true bearing", 0.0)),
+        (Quantity("force_n", "newtons", None, 0.0, 10_000.0), Quantity("towards_deg", "true bearing", 0.0)),
     ),
     FailureKind(
         Target.WATER,
         "gust",
         "a current comes and goes",
-        (Quantity("speed_mps", "at last", None, 0.0), Quantity("towards_deg", "true bearing that it sets to", 0.0)),
+        (
+            Quantity("speed_mps", "at last", None, 0.0, 10.0),
+            Quantity("towards_deg", "true bearing that it sets to", 0.0),
+        ),
     ),
     *_sensor(Target.DVL, "mps", "mps2", "velocity", BODY_AXES),
     FailureKind(Target.DVL, "no_lock", "bottom lock is lost: zeros, and says so (confidence 0)"),

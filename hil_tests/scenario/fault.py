@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from difflib import get_close_matches
 from math import inf, isfinite
 
-from hil_tests.scenario.failures import BODY_AXES, FailureKind, Target, kinds_of
+from hil_tests.scenario.failures import BODY_AXES, LARGEST, FailureKind, Quantity, Target, kinds_of
 
 AXES = BODY_AXES
 
@@ -170,10 +170,14 @@ def _complete(row: FailureKind, given: Mapping[str, float]) -> Mapping[str, floa
     for quantity in row.quantities:
         value = given.get(quantity.name, quantity.default)
         if value is None:
-            raise ValueError(f"{quantity.name}: missing, want {quantity.wanted} ({quantity.text})")
-        _want(quantity.name, value, quantity.allows(value), f"{quantity.wanted} ({quantity.text})")
+            raise ValueError(f"{quantity.name}: missing, want {_bounds(quantity)} ({quantity.text})")
+        _want(quantity.name, value, quantity.allows(value), f"{_bounds(quantity)} ({quantity.text})")
         values[quantity.name] = value
     return values
+
+
+def _bounds(quantity: Quantity) -> str:
+    return quantity.wanted or f"a number of at most {LARGEST:.10g}, either way"
 
 
 def _want(name: str, value: object, right: bool, wanted: str) -> None:
