@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import json
+import socket
 import subprocess
 from typing import Any
 
 from drivers.can.interface import SOCKETCAN
 from drivers.can.network_interface import parse_controller
-from hil_tests.bridge.permission import Bus
+from hil_tests.bridge.permission import ABSENT, Bus
 
-# Linux calls them so (`ip -details link`); an slcan adapter is a virtual device, too, but no virtual bus
-VIRTUAL_KINDS = frozenset({"vcan", "vxcan"})
+# Linux calls them so (`ip -details link`). An slcan adapter is a virtual device, too, but no virtual bus; nor is a
+# vxcan, by which containers reach the buses of their host: what its other end is joined to cannot be seen from here.
+VIRTUAL_KINDS = frozenset({"vcan"})
 VIRTUAL = "virtual"  # python-can's, inside one process
 UNKNOWN = "of unknown kind"
 
@@ -31,13 +33,17 @@ def bus_of(interface: str, channel: str) -> Bus:
     if interface != SOCKETCAN:
         return Bus(channel, virtual=False, kind=interface)
     kind = parse_kind(_details(channel))
-    return Bus(channel, virtual=kind in VIRTUAL_KINDS, kind=kind or UNKNOWN)
+    return Bus(channel, virtual=kind in VIRTUAL_KINDS, kind=kind or (UNKNOWN if _is_there(channel) else ABSENT))
 
 
 def listens_only(channel: str) -> bool:
     """Whether the controller of a SocketCAN interface is set up to send nothing: it drops all that it is given."""
     found = parse_controller(_details(channel))
     return found is not None and found.listen_only
+
+
+def _is_there(channel: str) -> bool:
+    return channel in [name for _, name in socket.if_nameindex()]
 
 
 def _details(channel: str) -> bytes:

@@ -4,6 +4,7 @@ Rules, each with its way out; the defaults refuse:
 
 | what is touched | refused | unless |
 |---|---|---|
+| an interface that is not there | always | |
 | a bus that is not virtual | always | `--transmit` names what may be put on it |
 | a bridge between such buses | with identifiers | `--transmit all`: it passes on whatever comes |
 | such a bus, otherwise | a play that sends more than is named | the rest is named as well |
@@ -22,6 +23,7 @@ from dataclasses import dataclass
 
 from hil_tests.bridge.transmission import SHOWN, Transmission
 
+ABSENT = "not there"  # the kind of an interface that there is none of
 EXAMPLE = "--transmit node:20-27, --transmit 14040A0B,7E0"
 
 
@@ -93,10 +95,19 @@ Rule = Callable[[Touched, Granted], str]
 HeardRule = Callable[[Touched, Granted, Sequence[HeardAutopilot]], str]
 
 
-def _unnamed(touched: Touched, granted: Granted) -> str:
-    if not touched.real_buses or granted.transmit is not None:
+def _absent(touched: Touched, _granted: Granted) -> str:
+    names = [bus.name for bus in touched.buses if bus.kind == ABSENT]
+    if not names:
         return ""
-    buses = " and ".join(f"{bus.name} is a real bus ({bus.kind})" for bus in touched.real_buses)
+    made = f"sudo ip link add {names[0]} type vcan && sudo ip link set {names[0]} up"
+    return f"no interface {' and '.join(names)} is here: want what `ip link` shows; a virtual one is made by {made}"
+
+
+def _unnamed(touched: Touched, granted: Granted) -> str:
+    known = [bus for bus in touched.real_buses if bus.kind != ABSENT]
+    if not known or granted.transmit is not None:
+        return ""
+    buses = " and ".join(f"{bus.name} is a real bus ({bus.kind})" for bus in known)
     way_out = "--transmit all" if touched.bridge else f"{EXAMPLE}, or --transmit all"
     return f"{buses}: nothing is put on it without leave; say what may be: {way_out}"
 
@@ -149,7 +160,7 @@ def _unexpected(touched: Touched, granted: Granted, heard: Sequence[HeardAutopil
 
 
 # first those that need nobody to be heard: they are asked before anything is opened
-RULES: tuple[Rule, ...] = (_unnamed, _half_bridge, _lacking, _arming_mission)
+RULES: tuple[Rule, ...] = (_absent, _unnamed, _half_bridge, _lacking, _arming_mission)
 HEARD_RULES: tuple[HeardRule, ...] = (_armed, _unheard, _unexpected)
 
 

@@ -6,6 +6,7 @@ import pytest
 
 from drivers.can.tests.conftest import vcan0  # noqa: F401  fixture
 from hil_tests.bridge.network_kind import UNKNOWN, bus_of, parse_kind
+from hil_tests.bridge.permission import ABSENT
 
 ANSWERS = [
     (b'[{"ifname":"can0","link_type":"can","linkinfo":{"info_kind":"can","info_data":{"bittiming":{}}}}]', "can"),
@@ -33,9 +34,15 @@ def test_buses_of_python_can_are_real_but_its_virtual_one():
     assert not bus_of("udp_multicast", "239.0.0.1").virtual  # others may hear it
 
 
-def test_an_interface_that_nothing_is_known_of_is_real():
-    bus = bus_of("socketcan", "nocan0")
+def test_an_interface_that_nothing_is_known_of_is_real(monkeypatch):
+    monkeypatch.setenv("PATH", "")  # where `ip` is not
+    bus = bus_of("socketcan", "lo")
     assert (bus.virtual, bus.kind) == (False, UNKNOWN)
+
+
+def test_an_interface_that_there_is_none_of_is_not_virtual():
+    bus = bus_of("socketcan", "nocan0")
+    assert (bus.virtual, bus.kind) == (False, ABSENT)
 
 
 @pytest.mark.vcan

@@ -6,7 +6,7 @@ from itertools import product
 
 import pytest
 
-from hil_tests.bridge.permission import Bus, Granted, HeardAutopilot, Touched, refusals, refusals_heard
+from hil_tests.bridge.permission import ABSENT, Bus, Granted, HeardAutopilot, Touched, refusals, refusals_heard
 from hil_tests.bridge.transmission import parse_transmission
 
 REAL, VIRTUAL = Bus("can0", False, "can"), Bus("vcan0", True, "vcan")
@@ -60,6 +60,14 @@ def test_without_any_flag_nothing_real_is_ever_touched():
 
 
 SAID = [
+    (
+        Touched((Bus("vcan0", False, ABSENT),)),
+        Granted(),
+        (),
+        "no interface vcan0 is here",
+        "ip link add vcan0 type vcan",
+    ),
+    (Touched((VIRTUAL, Bus("can7", False, ABSENT)), bridge=True), Granted(ALL), (), "no interface can7", "`ip link`"),
     (Touched((REAL,)), Granted(), (), "can0 is a real bus (can)", "--transmit node:20-27, --transmit 14040A0B,7E0"),
     (
         Touched((REAL, Bus("can1", False, "can")), bridge=True),

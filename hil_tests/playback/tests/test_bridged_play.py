@@ -10,6 +10,7 @@ from contextlib import contextmanager
 import pytest
 
 from hil_tests.bridge.permission import Granted, RefusedError
+from hil_tests.bridge.transmission import parse_transmission
 from hil_tests.playback.play import play
 from hil_tests.playback.sockets import free_port
 from hil_tests.playback.way import Way
@@ -97,5 +98,7 @@ def test_what_only_a_simulated_vehicle_can_have_is_refused_before_anything_is_op
 
 
 def test_a_bus_that_is_not_virtual_is_not_bridged_without_leave(bridged):
-    with pytest.raises(RefusedError, match=r"nowhere0 is a real bus.*--transmit all"):
-        bridged(Way(bridge=("nowhere0", "nowhere1")), duration_s=5.0)
+    with pytest.raises(RefusedError, match=r"lo is a real bus.*--transmit all"):
+        bridged(Way(bridge=("lo", "nowhere1")), duration_s=5.0)
+    with pytest.raises(RefusedError, match="no interface nowhere1 is here"):
+        bridged(Way(bridge=("lo", "nowhere1"), granted=Granted(parse_transmission("all"))), duration_s=5.0)
