@@ -13,6 +13,7 @@ from gateway.problems import ConfigError
 from hil_tests.playback.fitting import check_recording, gateway_config, load_fitting
 from hil_tests.playback.listing import failure_table, profile_table, scenario_table
 from hil_tests.profiles import load_profile, profile_names
+from hil_tests.profiles.loading import FOLDER
 from hil_tests.scenario.document import Scenario
 from hil_tests.scenario.loading import SUFFIXES
 from hil_tests.scenario.schema import schema_text
@@ -79,7 +80,7 @@ def check(path: tuple[str, ...]) -> None:
         click.echo(problem, err=True)
     count = f"{len(files)} scenario{'s' if len(files) != 1 else ''}"
     if problems:
-        raise WrongError(f"{count}, not all of them well")
+        raise WrongError(f"{count}, not all of them well" if len(files) > 1 else f"{files[0]} is not well")
     click.echo(f"{count}, all well" if len(files) > 1 else f"{files[0]}: all well")
 
 
@@ -93,6 +94,7 @@ def list_command(path: tuple[str, ...], failures: bool, profiles: bool) -> None:
         _show(failure_table())
     elif profiles:
         _show(profile_table([(name, load_profile(name)) for name in profile_names()]))
+        click.echo(f"For your own, copy one of {FOLDER}/*.yaml, and name its path behind vehicle: in the scenario")
     else:
         _show(scenario_table(_each(_files(path))))
 

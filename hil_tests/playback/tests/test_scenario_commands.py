@@ -198,7 +198,9 @@ def test_list_of_failures_has_each_row_with_its_quantities() -> None:
 def test_list_of_vehicles() -> None:
     code, text = called("list", "--profiles")
     assert code == 0
-    assert [line.split()[0] for line in text.splitlines()[1:] if line[:1].strip()] == profile_names()
+    *table, hint = text.splitlines()
+    assert [line.split()[0] for line in table[1:] if line[:1].strip()] == profile_names()
+    assert hint.startswith("For your own, copy one of ")
 
 
 def test_schema_is_json() -> None:
