@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future, as_completed
 from dataclasses import dataclass
@@ -12,6 +13,8 @@ from gateway.process_signals import sigint_blocked
 from hil_tests.processes import processes
 from hil_tests.report.outcome import Outcome
 from hil_tests.scenario.loading import load_scenario
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +72,8 @@ def _play(job: Job) -> Outcome:
 
     try:
         return play_file(job.path, job.folder, changes=job.changes)
-    except (OSError, ValueError) as error:
+    except Exception as error:  # also of what nobody has thought of: the others' reports must not be lost for it
+        log.debug("%s", job.path, exc_info=error)
         return Outcome(
             scenario=load_scenario(job.path),
             path=job.path,
@@ -77,7 +81,7 @@ def _play(job: Job) -> Outcome:
             start_s=0.0,
             end_s=0.0,
             wall_s=0.0,
-            broken=str(error),
+            broken=str(error) if isinstance(error, OSError | ValueError) else f"{type(error).__name__}: {error}",
             folder=job.folder,
         )
 

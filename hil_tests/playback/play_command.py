@@ -81,7 +81,7 @@ def play(
         stage = _Stage(_chosen(scenario, tags), out, {} if seed is None else {"seed": seed}, console)
         out.mkdir(parents=True, exist_ok=True)
         try:
-            outcomes = stage.at_once(jobs) if how.is_virtual else stage.in_turn(how)
+            outcomes = stage.at_once(jobs) if how.is_virtual and len(stage.paths) > 1 else stage.in_turn(how)
         except KeyboardInterrupt as error:  # click would end with 1: as if they had been judged
             _report(stage.told, out, console)
             played = f"{len(stage.told)} of {len(stage.paths)}"
@@ -167,7 +167,7 @@ class _Stage:
             return play_jobs(work, jobs, done)
 
     def in_turn(self, way: Way) -> list[Outcome]:
-        """In real time, one after the other."""
+        """One after the other: in real time, or where there is but one."""
         from hil_tests.playback.play import play_file
         from hil_tests.scenario.loading import load_scenario
 
@@ -198,9 +198,9 @@ class _Stage:
             yield bar, bar.add_task(what, total=total)
 
     def _tell(self, outcome: Outcome, console: Console) -> None:
+        self.told.append(outcome)
         from hil_tests.report.table import line_of
 
-        self.told.append(outcome)
         console.print(line_of(outcome), highlight=False, soft_wrap=True)
 
 
