@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -76,6 +77,8 @@ def play(
     from hil_tests.bridge.permission import RefusedError
 
     console = Console()
+    # what was played is told then as well, and nobody plays on
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         how = _way(**way)
         stage = _Stage(_chosen(scenario, tags), out, {} if seed is None else {"seed": seed}, console)
@@ -89,6 +92,8 @@ def play(
         _report(outcomes, out, console)
     except (RefusedError, CanPortError, OSError, ValueError) as error:
         raise _unplayed(_words(error)) from error
+    finally:
+        signal.signal(signal.SIGTERM, before)
     raise click.exceptions.Exit(_exit_code(outcomes))
 
 
