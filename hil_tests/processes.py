@@ -19,13 +19,18 @@ T = TypeVar("T")
 
 
 @contextmanager
-def processes(jobs: int) -> Iterator[ProcessPoolExecutor]:
-    """Fresh processes, each with one thread for linear algebra; they end with what they do, interrupted at once."""
+def processes(jobs: int, niceness: int = 0) -> Iterator[ProcessPoolExecutor]:
+    """Fresh processes, each with one thread for linear algebra; they end with what they do, interrupted at once.
+
+    Args:
+        jobs: how many.
+        niceness: the higher, the more they leave the processors to others.
+    """
     before = {name: os.environ.get(name) for name in ONE_THREAD}
     os.environ.update(ONE_THREAD)
     others = set(active_children())
     try:
-        with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+        with ProcessPoolExecutor(jobs, get_context("spawn"), os.nice, (niceness,)) as pool:
             try:
                 yield pool
             except KeyboardInterrupt:

@@ -32,13 +32,16 @@ class Job:
     changes: Mapping[str, Any]
 
 
-def play_jobs(jobs: Sequence[Job], at_a_time: int, done: Callable[[Outcome], None]) -> list[Outcome]:
+def play_jobs(
+    jobs: Sequence[Job], at_a_time: int, done: Callable[[Outcome], None], niceness: int = 0
+) -> list[Outcome]:
     """Plays all of them, each in virtual time.
 
     Args:
         jobs: what to play.
         at_a_time: processes that play; 1: this one.
         done: hears of each as it comes to its end.
+        niceness: the higher, the more those processes leave the processors to others.
 
     Returns:
         What came of them, in the order of the jobs.
@@ -49,7 +52,7 @@ def play_jobs(jobs: Sequence[Job], at_a_time: int, done: Callable[[Outcome], Non
     """
     if at_a_time == 1 or len(jobs) == 1:
         return [_told(_play(job), done) for job in jobs]
-    with processes(min(at_a_time, len(jobs))) as pool:
+    with processes(min(at_a_time, len(jobs)), niceness) as pool:
         with sigint_blocked():  # it comes to all of a terminal: who plays is ended by us
             futures = [pool.submit(_play, job) for job in jobs]
         _tell(futures, done)

@@ -110,9 +110,11 @@ class SharedBus:
             self._counts["frames babbled"] += 1
             frame = talking.speak(start_s)
             said = [Due(start_s, frame, end) for end in (Towards.AUTOPILOT, Towards.DEVICES)]
-        else:
+        elif self._waiting:
             said = [heappop(self._waiting)[2]]
             frame = said[0].frame
+        else:  # nobody is left: those who had waited for this have given up
+            return
         self._free_s = start_s + overhead_s(frame, self._rates) + len(frame.data) * byte_s(frame, self._rates)
         self._sent += [one.arriving(self._free_s) for one in said]
 
