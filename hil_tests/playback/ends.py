@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from drivers.can.frame import CanFrame
+from hil_tests.rig.notes import Notes
+from hil_tests.rig.truth import ModeChange, Truth
 
 
 class VehicleBus(Protocol):
@@ -66,3 +68,22 @@ class Vehicle(Protocol):
     def to_autopilot(self, time_s: float, data: bytes) -> None:
         """MAVLink has come from the gateway."""
         ...
+
+
+class Witness(Protocol):
+    """Who knows how a play went for the autopilot."""
+
+    @property
+    def notes(self) -> Notes:
+        """What has come to it."""
+
+    @property
+    def modes(self) -> Sequence[ModeChange]:
+        """Its modes."""
+
+    def truth(self) -> Truth | None:
+        """What the vehicle really did; None: nobody knows."""
+
+
+class Played(Vehicle, Witness, Protocol):
+    """A vehicle that is stepped."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AsyncExitStack, closing
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import partial
 from math import floor
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 
@@ -17,9 +17,9 @@ from gateway.config import Config
 from gateway.findings import Finding
 from gateway.pipeline import Factories
 from hil_tests.dive_logs.laps import Part
-from hil_tests.playback.attached import AttachedDevices, attached
+from hil_tests.playback.attached import attached
 from hil_tests.playback.bridged import Bridges, recorded_bus
-from hil_tests.playback.ends import Vehicle, VehicleBus, VehicleLink
+from hil_tests.playback.ends import Played, VehicleBus, VehicleLink, Witness
 from hil_tests.playback.fitting import BUS
 from hil_tests.playback.gateway_under_test import Connections, GatewayRun, gateway_in_loop, gateway_process
 from hil_tests.playback.leave import leave_for_bridge, leave_for_bus
@@ -32,8 +32,7 @@ from hil_tests.playback.sockets import SocketCanBus, UdpLink, free_port
 from hil_tests.playback.way import Way
 from hil_tests.profiles import load_profile
 from hil_tests.report.outcome import Outcome, Series
-from hil_tests.rig.notes import Notes, ReceivedValue
-from hil_tests.rig.truth import ModeChange, Truth
+from hil_tests.rig.notes import ReceivedValue
 from hil_tests.rig.world import World
 from hil_tests.scenario.document import Scenario
 from hil_tests.wires.can_signals import CanSignals
@@ -53,23 +52,25 @@ class PlayEndedError(Exception):
     """It could not go on; the text says why."""
 
 
-class Witness(Protocol):
-    """Who knows how a play went for the autopilot."""
+@dataclass(frozen=True, slots=True)
+class Opened:
+    """All that is there before a vehicle comes.
 
-    @property
-    def notes(self) -> Notes:
-        """What has come to it."""
+    Attributes:
+        clock: of the play.
+        config: of the gateway.
+        key: by which autopilot and gateway sign; None: they do not.
+        bus: of the ESCs; None: there is none.
+        link: of the autopilot.
+        gateway: runs.
+    """
 
-    @property
-    def modes(self) -> Sequence[ModeChange]:
-        """Its modes."""
-
-    def truth(self) -> Truth | None:
-        """What the vehicle really did; None: nobody knows."""
-
-
-class Played(Vehicle, Witness, Protocol):
-    """A vehicle that is stepped."""
+    clock: Clock
+    config: Config
+    key: bytes | None
+    bus: VehicleBus | None
+    link: VehicleLink
+    gateway: GatewayRun
 
 
 class Stage:
@@ -111,9 +112,8 @@ class Stage:
         connections = Connections(lambda _: bus.opener(), link.connect, COLLECT_S)
         async with gateway_in_loop(config, clock, connections, self._factories) as gateway:
             await asyncio.sleep(SETTLE_S)
-            start_s = round(clock.now(), 6)
-            vehicle = self._cast(config, start_s, key)
-            await self._step(clock, start_s, vehicle, config, key, bus if config.can else None, link, gateway)
+            opened = Opened(clock, config, key, bus if config.can else None, link, gateway)
+            await self._play_simulated(opened)
         self._account += gateway.lines
 
     async def on_bus(self, clock: Clock, channel: str, way: Way) -> None:
@@ -132,14 +132,13 @@ class Stage:
             )
             gateway = await stack.enter_async_context(gateways)
             await asyncio.sleep(SETTLE_S)
+            opened = Opened(clock, config, key, bus, link, gateway)
             if way.autopilot is None:
-                start_s = clock.now()
-                vehicle = self._cast(config, start_s, key)
-                await self._step(clock, start_s, vehicle, config, key, bus, link, gateway)
+                await self._play_simulated(opened)
             else:
                 around = attached(self._scenario, self._profile, clock, way.autopilot, key)
                 devices = await stack.enter_async_context(around)
-                await self._step(clock, devices.start_s, devices, config, key, bus, link, gateway, way)
+                await self._play(opened, devices, devices.start_s, partial(devices.trouble, granted=way.granted))
         self._account += gateway.lines
         self._account += [line for line in [gate.line() if gate else ""] if line]
 
@@ -179,31 +178,24 @@ class Stage:
             text, relative_to = file.read_text(encoding="utf-8"), file.parent
         return write_config(self._scenario, text, self._folder, meeting, relative_to)
 
-    def _cast(self, config: Config, start_s: float, key: bytes | None) -> World | RecordedDive:
-        """Who plays the vehicle, where nobody real does."""
+    async def _play_simulated(self, opened: Opened) -> None:
+        """With a vehicle that is simulated, or recorded."""
+        start_s = round(opened.clock.now(), 6)
+        await self._play(opened, self._cast(opened, start_s), start_s, lambda _: "")
+
+    def _cast(self, opened: Opened, start_s: float) -> World | RecordedDive:
         recording = self._scenario.recording
         if recording is None:
-            return World(self._scenario, self._profile, start_s, key=key)
-        part = Part(recording.from_s, recording.to_s)
-        return RecordedDive(DiveLogs(recording.logs, self._path.parent, part), config, start_s, key)
+            return World(self._scenario, self._profile, start_s, key=opened.key)
+        dive = DiveLogs(recording.logs, self._path.parent, Part(recording.from_s, recording.to_s))
+        return RecordedDive(dive, opened.config, start_s, opened.key)
 
-    async def _step(
-        self,
-        clock: Clock,
-        start_s: float,
-        vehicle: Played,
-        config: Config,
-        key: bytes | None,
-        bus: VehicleBus | None,
-        link: VehicleLink,
-        gateway: GatewayRun,
-        way: Way | None = None,
-    ) -> None:
-        """Lets the time pass for a vehicle that is stepped."""
-        scenario = self._scenario
+    async def _play(self, opened: Opened, vehicle: Played, start_s: float, trouble: Callable[[float], str]) -> None:
+        """Lets the time pass for a vehicle that is stepped, until the end, or until there is trouble with it."""
+        scenario, config = self._scenario, opened.config
         name = config.can[0].name if config.can else BUS
         can_wire = CanWire(name, CanSignals.of(config, name), scenario.faults, start_s, scenario.seed)
-        mavlink_wire = MavlinkWire(scenario.faults, start_s, scenario.seed, key, config)
+        mavlink_wire = MavlinkWire(scenario.faults, start_s, scenario.seed, opened.key, config)
         self._witness = vehicle
         self._start_s = self._end_s = start_s
         self._counts = {"CAN": can_wire.counts, "MAVLink": mavlink_wire.counts}
@@ -211,23 +203,21 @@ class Stage:
             parts = Parts(
                 vehicle=vehicle,
                 is_recorded=scenario.recording is not None,
-                bus=bus,
+                bus=opened.bus,
                 can_wire=can_wire,
                 bus_name=name,
-                link=link,
+                link=opened.link,
                 mavlink_wire=mavlink_wire,
                 recorder=recorder,
             )
-            late_s = await self._steps(clock, Session(parts), gateway, lambda time_s: _trouble(vehicle, way, time_s))
-        self._end_s = clock.now()
+            late_s = await self._steps(opened, Session(parts), trouble)
+        self._end_s = opened.clock.now()
         if late_s > LATE_S:
             self._account.append(f"the vehicle fell behind by up to {late_s:.1f} s: this machine is too slow for it")
 
-    async def _steps(
-        self, clock: Clock, session: Session, gateway: GatewayRun, trouble: Callable[[float], str]
-    ) -> float:
+    async def _steps(self, opened: Opened, session: Session, trouble: Callable[[float], str]) -> float:
         """Returns by how much the latest step was late."""
-        late_s, n = 0.0, 0
+        clock, late_s, n = opened.clock, 0.0, 0
         while n <= round(self._scenario.duration_s / STEP_S):
             since_s = n * STEP_S
             await asyncio.sleep(max(self._start_s + since_s - clock.now(), 0.0))
@@ -235,7 +225,7 @@ class Stage:
             behind_s = now_s - self._start_s - since_s
             late_s = max(late_s, behind_s)
             session.step(now_s)
-            gateway.check()
+            opened.gateway.check()
             self._progress(since_s)
             if reason := trouble(now_s):
                 raise PlayEndedError(reason)
@@ -282,13 +272,6 @@ class Stage:
             truth=witness.truth(),
             wire_counts={wire: dict(counts) for wire, counts in self._counts.items()},
         )
-
-
-def _trouble(vehicle: Played, way: Way | None, time_s: float) -> str:
-    """Why a play around a real autopilot must end now; "": it may go on."""
-    if way is None or not isinstance(vehicle, AttachedDevices):
-        return ""
-    return vehicle.trouble(time_s, way.granted)
 
 
 def _series(values: Sequence[ReceivedValue]) -> Series:
