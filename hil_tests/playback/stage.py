@@ -44,6 +44,7 @@ SOCKETCAN = "socketcan"
 # quarter of a second later at most.
 COLLECT_S = 0.3
 SETTLE_S = 0.1  # until the gateway has opened its links
+LEAD_S = 2.0  # in real time: a slow machine takes a while to build a vehicle
 LOOK_S = 0.2  # how often bridges are looked after
 LATE_S = 0.5  # a real-time play that is further behind than this says so
 
@@ -134,7 +135,7 @@ class Stage:
             await asyncio.sleep(SETTLE_S)
             opened = Opened(clock, config, key, bus, link, gateway)
             if way.autopilot is None:
-                await self._play_simulated(opened)
+                await self._play_simulated(opened, LEAD_S)
             else:
                 around = attached(self._scenario, self._profile, clock, way.autopilot, key)
                 devices = await stack.enter_async_context(around)
@@ -178,9 +179,9 @@ class Stage:
             text, relative_to = file.read_text(encoding="utf-8"), file.parent
         return write_config(self._scenario, text, self._folder, meeting, relative_to)
 
-    async def _play_simulated(self, opened: Opened) -> None:
-        """With a vehicle that is simulated, or recorded."""
-        start_s = round(opened.clock.now(), 6)
+    async def _play_simulated(self, opened: Opened, lead_s: float = 0.0) -> None:
+        """With a vehicle that is simulated, or recorded; its time begins so much later."""
+        start_s = round(opened.clock.now() + lead_s, 6)
         await self._play(opened, self._cast(opened, start_s), start_s, lambda _: "")
 
     def _cast(self, opened: Opened, start_s: float) -> World | RecordedDive:
