@@ -68,6 +68,21 @@ def open_socket(channel: str, filters: Sequence[CanFilter]) -> socket.socket:
     return opened
 
 
+def configure(opened: socket.socket) -> None:
+    """Have the kernel stamp and count what a socket receives, keep a second of it, and never wait.
+
+    Raises:
+        OSError: the socket failed.
+    """
+    opened.setblocking(False)
+    opened.setsockopt(socket.SOL_SOCKET, SO_TIMESTAMPNS, 1)
+    opened.setsockopt(socket.SOL_SOCKET, SO_RXQ_OVFL, 1)
+    try:
+        opened.setsockopt(socket.SOL_SOCKET, SO_RCVBUFFORCE, RECEIVE_BUFFER_BYTES)
+    except PermissionError:  # only root may go beyond net.core.rmem_max
+        opened.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER_BYTES)
+
+
 class SocketCanPort:
     """A SocketCAN interface, with kernel time stamps and the kernel's own count of the frames that it had to drop.
 
@@ -89,20 +104,11 @@ class SocketCanPort:
         self._lost = 0
         try:
             with port_errors():
-                self._configure()
+                configure(opened)
                 self._reader = DatagramReader(opened, FD_BYTES, CONTROL_BYTES, BATCH_MAX)
         except BaseException:
             self.close()
             raise
-
-    def _configure(self) -> None:
-        self._socket.setblocking(False)
-        self._socket.setsockopt(socket.SOL_SOCKET, SO_TIMESTAMPNS, 1)
-        self._socket.setsockopt(socket.SOL_SOCKET, SO_RXQ_OVFL, 1)
-        try:
-            self._socket.setsockopt(socket.SOL_SOCKET, SO_RCVBUFFORCE, RECEIVE_BUFFER_BYTES)
-        except PermissionError:  # only root may go beyond net.core.rmem_max
-            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER_BYTES)
 
     async def receive(self) -> FrameBlock:
         """See CanPort."""

@@ -17,7 +17,7 @@ from typing import Protocol
 from drivers.can.frame import CanFrame
 from drivers.can.packets import FD_BYTES, OVERFLOW, SO_RXQ_OVFL, SO_TIMESTAMPNS
 from drivers.can.port import port_errors
-from drivers.can.socketcan import RECEIVE_BUFFER_BYTES, SO_RCVBUFFORCE, open_socket
+from drivers.can.socketcan import configure, open_socket
 from drivers.clock import Clock
 from hil_tests.bridge.bus_frame import packed, unpacked
 
@@ -83,19 +83,10 @@ class RawPort:
         self._lost = 0
         try:
             with port_errors():
-                self._configure()
+                configure(opened)
         except BaseException:
             self.close()
             raise
-
-    def _configure(self) -> None:
-        self._socket.setblocking(False)
-        self._socket.setsockopt(socket.SOL_SOCKET, SO_TIMESTAMPNS, 1)
-        self._socket.setsockopt(socket.SOL_SOCKET, SO_RXQ_OVFL, 1)
-        try:
-            self._socket.setsockopt(socket.SOL_SOCKET, SO_RCVBUFFORCE, RECEIVE_BUFFER_BYTES)
-        except PermissionError:  # only root may go beyond net.core.rmem_max
-            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER_BYTES)
 
     def fileno(self) -> int:
         """See BridgePort."""
