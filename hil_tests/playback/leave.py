@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from drivers.can.frame import CanFrame
 from drivers.can.interface import SOCKETCAN
 from drivers.clock import Clock
 from hil_tests.bridge.armed_watch import ArmedWatch, listen
@@ -32,16 +33,20 @@ async def leave_for_bus(
         OSError: the autopilot's endpoint does not open.
     """
     bus, allowed = bus_of(SOCKETCAN, channel), way.granted.transmit
-    rehearsal = World(scenario, profile, 0.0)
-    rehearsal.advance(REHEARSED_S)
-    frames = rehearsal.sent_by_devices()
-    arms = False
-    if way.autopilot is None:
-        frames += rehearsal.sent_by_autopilot()
-        arms = scenario.mission.armed or any(step.armed for step in scenario.mission.steps)
-    lacking = allowed.lacking(frames) if allowed is not None else ()
+    simulated = way.autopilot is None
+    arms = simulated and (scenario.mission.armed or any(step.armed for step in scenario.mission.steps))
+    lacking: tuple[str, ...] = ()
+    if allowed is not None and not bus.virtual:  # what is sent onto a virtual bus, nobody asks
+        lacking = allowed.lacking(_rehearsed(scenario, profile, simulated))
     await _ask(Touched((bus,), lacking=lacking, mavlink=way.autopilot, arms=arms), way, clock)
     return None if bus.virtual or allowed is None else TransmitGate(allowed)
+
+
+def _rehearsed(scenario: Scenario, profile: Profile, simulated: bool) -> list[CanFrame]:
+    """What ESCs send, and the autopilot if it is simulated."""
+    rehearsal = World(scenario, profile, 0.0)
+    rehearsal.advance(REHEARSED_S)
+    return rehearsal.sent_by_devices() + (rehearsal.sent_by_autopilot() if simulated else [])
 
 
 async def leave_for_bridge(scenario: Scenario, way: Way, clock: Clock) -> None:
