@@ -13,7 +13,7 @@ from typing import Any
 from gateway.config import Config
 from gateway.problems import ConfigError, Problem, is_file
 from hil_tests.dive_logs.reading import located
-from hil_tests.playback.settings import in_memory, write_config
+from hil_tests.playback.settings import config_text, in_memory, write_config
 from hil_tests.profiles import Profile, load_profile, profile_names
 from hil_tests.rig import ardusub, px4
 from hil_tests.scenario.consistency import Contradiction, places_of_faults
@@ -63,8 +63,7 @@ def gateway_config(scenario: Scenario, path: Path, profile: Profile) -> Config:
     """
     own, source = scenario.gateway.config, f"{path}: the gateway's configuration"
     try:
-        text = profile.gateway_toml() if own is None else (path.parent / own).read_text(encoding="utf-8")
-        folder = profile.folder if own is None else (path.parent / own).parent
+        text, folder = config_text(scenario, path, profile)
         with TemporaryDirectory() as scratch:
             return write_config(scenario, text, Path(scratch), in_memory(), folder)[0]
     except (OSError, UnicodeDecodeError, TOMLDecodeError) as error:

@@ -14,6 +14,7 @@ import tomli_w
 
 from gateway.config import Config, load
 from gateway.problems import ConfigError, Problem
+from hil_tests.rig.profile import Profile
 from hil_tests.scenario.document import Scenario
 
 CONFIG, FINDINGS, KEY = "gateway.toml", "findings.jsonl", "mavlink.key"
@@ -41,6 +42,23 @@ class Meeting:
 def in_memory() -> Meeting:
     """No socket is opened: bus and link are in memory."""
     return Meeting("virtual", "can0", f"udpin:{HOST}:0")
+
+
+def config_text(scenario: Scenario, path: Path, profile: Profile) -> tuple[str, Path]:
+    """The configuration to begin with, TOML, and the folder that paths in it are relative to.
+
+    Args:
+        scenario: whose own configuration goes before its vehicle's.
+        path: of its file.
+        profile: of its vehicle.
+
+    Raises:
+        OSError, UnicodeDecodeError: the scenario's own cannot be read.
+    """
+    if scenario.gateway.config is None:
+        return profile.gateway_toml(), profile.folder
+    file = path.parent / scenario.gateway.config
+    return file.read_text(encoding="utf-8"), file.parent
 
 
 def write_config(
