@@ -24,7 +24,8 @@ from gateway.pipeline import Factories
 from gateway.run import run
 from hil_tests.bench.timed_detector import CHANGE_S, SPEED_RPM, WANTED_RPM, TimedDetectors
 from hil_tests.bench.timed_vehicle import RATE_HZ, TimedVehicle
-from hil_tests.live.stamped_socket import free_port, received, stamping_socket
+from hil_tests.live.stamped_socket import received, stamping_socket
+from hil_tests.loopback import free_port
 
 FloatArray = NDArray[np.float64]
 

@@ -18,7 +18,7 @@ from drivers.can.socketcan import RECEIVE_BUFFER_BYTES
 from drivers.clock import Clock
 from hil_tests.bridge.raw_port import BridgePort, OpenPort, RawPort, socketcan
 from hil_tests.live.buses import HOST, VCAN
-from hil_tests.live.stamped_socket import free_port
+from hil_tests.loopback import free_port
 from hil_tests.vcan.interface import has_vcan
 
 

@@ -19,8 +19,8 @@ import psutil
 from hil_tests.live.autopilot import Autopilot, Text
 from hil_tests.live.buses import HOST, Buses
 from hil_tests.live.sender import Played, play_bus
-from hil_tests.live.stamped_socket import free_port
 from hil_tests.live.traffic import ESCS, THRUSTERS, Fault, Plan
+from hil_tests.loopback import free_port
 
 START_S, STOP_S = 60.0, 30.0
 

@@ -30,10 +30,3 @@ def received(opened: socket.socket) -> Iterator[tuple[bytes, int]]:
         for _, _, stamp in ancillary:
             seconds, nanoseconds = STAMP.unpack(stamp)
             yield data, seconds * 10**9 + nanoseconds
-
-
-def free_port() -> int:
-    """A UDP port of the loopback that nobody uses."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])

@@ -103,10 +103,3 @@ class UdpLink:
     def close(self) -> None:
         """See VehicleLink."""
         self._socket.close()
-
-
-def free_port() -> int:
-    """A UDP port of the loopback that nobody has now."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind((HOST, 0))
-        return int(probe.getsockname()[1])

@@ -17,6 +17,7 @@ from gateway.config import Config
 from gateway.findings import Finding
 from gateway.pipeline import Factories
 from hil_tests.dive_logs.laps import Part
+from hil_tests.loopback import free_port
 from hil_tests.playback.attached import attached
 from hil_tests.playback.bridged import Bridges, recorded_bus
 from hil_tests.playback.ends import Played, VehicleBus, VehicleLink, Witness
@@ -27,8 +28,8 @@ from hil_tests.playback.memory import MemoryBus, MemoryLink
 from hil_tests.playback.recorded import DiveLogs, RecordedDive
 from hil_tests.playback.recorder import Recorder
 from hil_tests.playback.session import STEP_S, Parts, Session
-from hil_tests.playback.settings import CONFIG, FINDINGS, HOST, Meeting, in_memory, write_config
-from hil_tests.playback.sockets import SocketCanBus, UdpLink, free_port
+from hil_tests.playback.settings import CONFIG, FINDINGS, HOST, Meeting, config_text, in_memory, write_config
+from hil_tests.playback.sockets import SocketCanBus, UdpLink
 from hil_tests.playback.way import Way
 from hil_tests.profiles import load_profile
 from hil_tests.report.outcome import Outcome, Series
@@ -171,12 +172,7 @@ class Stage:
     # What they share ------------------------------------------------------------------------------
 
     def _configured(self, meeting: Meeting) -> tuple[Config, bytes | None]:
-        own = self._scenario.gateway.config
-        if own is None:
-            text, relative_to = self._profile.gateway_toml(), self._profile.folder
-        else:
-            file = self._path.parent / own
-            text, relative_to = file.read_text(encoding="utf-8"), file.parent
+        text, relative_to = config_text(self._scenario, self._path, self._profile)
         return write_config(self._scenario, text, self._folder, meeting, relative_to)
 
     async def _play_simulated(self, opened: Opened, lead_s: float = 0.0) -> None:

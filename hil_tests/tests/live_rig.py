@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import socket
 from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass, field
 
@@ -26,13 +25,6 @@ HOST = "127.0.0.1"
 PERIOD_S = 0.02
 LEARNT = 300  # samples of all thrusters; their detectors' stand-ins learn for 50 each
 WAIT_S = 40.0  # on a machine that has much else to do
-
-
-def free_port() -> int:
-    """A UDP port that nobody has now."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind((HOST, 0))
-        return int(probe.getsockname()[1])
 
 
 class LiveVehicle:

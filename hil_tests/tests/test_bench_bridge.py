@@ -10,7 +10,7 @@ from hil_tests.live.bridge_buses import BridgedBus
 from hil_tests.live.bridging import Bridge
 from hil_tests.live.crossing import Player, Way, _way
 from hil_tests.live.latency import latency
-from hil_tests.live.stamped_socket import free_port
+from hil_tests.loopback import free_port
 
 
 @pytest.fixture

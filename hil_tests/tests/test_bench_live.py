@@ -20,8 +20,8 @@ from hil_tests.live.autopilot import Text
 from hil_tests.live.buses import Buses, udp_opener
 from hil_tests.live.latency import latency, told
 from hil_tests.live.measure import Run, live_run
-from hil_tests.live.stamped_socket import free_port
 from hil_tests.live.traffic import FAULT_S, SLOWED, UNWANTED, Fault, Load, Plan, is_onset, traffic
+from hil_tests.loopback import free_port
 
 
 def second_of(bus, plan):

@@ -20,11 +20,12 @@ from gateway.checking import forwarded_can
 from gateway.checking.forwarded_can import check_forwarded
 from gateway.config import parse
 from gateway.run import run
+from hil_tests.loopback import free_port
 from hil_tests.random_runs import random_run
 from hil_tests.rig.ardusub import ArduSub
 from hil_tests.rig.autopilot import AutopilotPeer
 from hil_tests.rig.px4 import Px4
-from hil_tests.tests.live_rig import HOST, PERIOD_S, LiveRig, free_port
+from hil_tests.tests.live_rig import HOST, PERIOD_S, LiveRig
 from hil_tests.tests.sampled_rig import Losses, SampledRig
 from hil_tests.tests.scene import HEAD, STAND_INS, THRUSTER, THRUSTERS, Scene
 

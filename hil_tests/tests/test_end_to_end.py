@@ -18,6 +18,7 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from drivers.can.frame import CanFrame
+from hil_tests.loopback import free_port
 from hil_tests.playback.player import play
 from hil_tests.playback.recordings import read_esc_bench, read_ngs_tank
 from hil_tests.playback.series import chained
@@ -201,12 +202,6 @@ def running_gateway(folder: Path, port: int):
             process.kill()
             process.wait()
             print((folder / "log").read_text())
-
-
-def free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 def test_a_fault_in_recorded_rpm_is_found_within_a_second_and_told_to_the_autopilot(tmp_path):

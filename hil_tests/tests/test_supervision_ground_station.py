@@ -8,11 +8,12 @@ from typing import Any
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from hil_tests.loopback import free_port
 from hil_tests.rig.ardusub import ArduSub, Mode
 from hil_tests.rig.ground_station import COMPONENT_ID, SYSTEM_ID, GroundStation, program
 from hil_tests.rig.px4 import MainMode, Px4
 from hil_tests.rig.router import Endpoint, UdpRouter
-from hil_tests.tests.live_rig import HOST, free_port, live
+from hil_tests.tests.live_rig import HOST, live
 from hil_tests.tests.scene import configuration, key_file
 
 HOLD = 'thruster_fault = ["hold"]\ndelay_s = 0.5\n'

@@ -10,13 +10,14 @@ import pytest
 
 from gateway.config import Config
 from gateway.findings import Finding
+from hil_tests.loopback import free_port
 from hil_tests.rig.ardusub import ArduSub, Mode
 from hil_tests.rig.commands import Command
 from hil_tests.rig.conduct import Conduct, Reply
 from hil_tests.rig.link_conditions import LinkConditions
 from hil_tests.rig.px4 import MainMode, Px4
 from hil_tests.rig.router import Endpoint, UdpRouter
-from hil_tests.tests.live_rig import HOST, LEARNT, LiveRig, free_port, live
+from hil_tests.tests.live_rig import HOST, LEARNT, LiveRig, live
 from hil_tests.tests.scene import configuration, key_file
 
 HOLD = 'thruster_fault = ["hold"]\ndelay_s = 0.5\n'

@@ -18,7 +18,7 @@ from drivers.can.tests.conftest import ip_link, own_vcan, vcan0  # noqa: F401  f
 from gateway.channel import ThrusterJudgement
 from gateway.findings import Finding
 from gateway.run import run
-from hil_tests.tests.live_rig import free_port
+from hil_tests.loopback import free_port
 from hil_tests.tests.scene import STAND_INS, Scene, configuration
 
 pytestmark = [pytest.mark.vcan, pytest.mark.timeout(600)]

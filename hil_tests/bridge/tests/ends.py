@@ -94,13 +94,6 @@ class Port:
             raise CanPortError(self.gone)
 
 
-def free_port():
-    """A UDP port of the loopback that nobody uses."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
-
-
 @contextmanager
 def bridged_sockets(wire):
     """A bridge, and the far ends of its two buses: of the autopilot's and of the devices'."""

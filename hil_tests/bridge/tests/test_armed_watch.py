@@ -12,7 +12,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from drivers.clock import Clock
 from hil_tests.bridge.armed_watch import ArmedWatch, listen
 from hil_tests.bridge.permission import Granted, HeardAutopilot
-from hil_tests.bridge.tests.ends import free_port
+from hil_tests.loopback import free_port
 
 ARMED_FLAG = 0x80
 ARDUPILOT, PX4, NO_AUTOPILOT = 3, 12, 8

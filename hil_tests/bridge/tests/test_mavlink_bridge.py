@@ -10,7 +10,8 @@ import pytest
 
 from drivers.clock import Clock
 from hil_tests.bridge.mavlink_bridge import MavlinkBridge
-from hil_tests.bridge.tests.ends import BrokenWire, HoldingWire, free_port
+from hil_tests.bridge.tests.ends import BrokenWire, HoldingWire
+from hil_tests.loopback import free_port
 from hil_tests.scenario.failures import Target
 from hil_tests.scenario.fault import Fault, Subject
 from hil_tests.wires.mavlink_wire import MavlinkWire

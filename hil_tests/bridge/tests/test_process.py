@@ -15,8 +15,9 @@ from hil_tests.bridge.bus_end import BusEnd
 from hil_tests.bridge.can_bridge import CanBridge
 from hil_tests.bridge.process import BridgeProcess
 from hil_tests.bridge.raw_port import RawPort
-from hil_tests.bridge.tests.ends import FragileWire, HoldingWire, free_port
+from hil_tests.bridge.tests.ends import FragileWire, HoldingWire
 from hil_tests.bridge.tests.test_bus_frame import MESSAGES, kernel_packet
+from hil_tests.loopback import free_port
 
 PACKET, EMPTY = kernel_packet(MESSAGES["extended"]), kernel_packet(MESSAGES["empty"])
 

@@ -25,8 +25,9 @@ from drivers.readings import ThrusterCommand, ThrusterReport
 from gateway.config import parse
 from gateway.wiring import can_decoder
 from hil_tests.bridge.permission import Granted
+from hil_tests.loopback import free_port
 from hil_tests.playback.attached import AttachedDevices, attached
-from hil_tests.playback.sockets import HOST, free_port
+from hil_tests.playback.sockets import HOST
 from hil_tests.profiles.loading import load_profile
 from hil_tests.rig.commands import Result
 from hil_tests.rig.dvl import DvlErrors

@@ -11,8 +11,8 @@ import pytest
 
 from hil_tests.bridge.permission import Granted, RefusedError
 from hil_tests.bridge.transmission import parse_transmission
+from hil_tests.loopback import free_port
 from hil_tests.playback.play import play
-from hil_tests.playback.sockets import free_port
 from hil_tests.playback.way import Way
 from hil_tests.report.expectations import checks
 from hil_tests.scenario.document import Scenario

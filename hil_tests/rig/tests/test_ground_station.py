@@ -9,6 +9,7 @@ from struct import pack
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from hil_tests.loopback import free_port
 from hil_tests.rig.ardusub import ArduSub
 from hil_tests.rig.autopilot import AutopilotPeer
 from hil_tests.rig.ground_station import GroundStation, program, read_tlog
@@ -17,12 +18,6 @@ from hil_tests.rig.vehicle import Motion
 
 HOST = "127.0.0.1"
 needs_mavproxy = pytest.mark.skipif(not program().exists(), reason="MAVProxy is not installed")
-
-
-def free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind((HOST, 0))
-        return probe.getsockname()[1]
 
 
 @needs_mavproxy
