@@ -23,7 +23,9 @@ from gateway.config_sections import (
     Failsafe,
     Files,
     Mavlink,
+    Metrics,
     Navigation,
+    Recording,
     Section,
     Speed,
     Supervisor,
@@ -70,6 +72,8 @@ class Config:
         detector: settings of the detectors.
         align, supervisor, failsafe: as in the file, with defaults filled in.
         files: with absolute paths.
+        recording: with an absolute folder.
+        metrics: what is served to Prometheus, None = nothing.
     """
 
     vehicle: Vehicle
@@ -83,6 +87,8 @@ class Config:
     supervisor: Supervisor
     failsafe: Failsafe
     files: Files
+    recording: Recording
+    metrics: Metrics | None
 
     def bus(self, name: str) -> CanBus | None:
         """The CAN bus of that name."""
@@ -159,12 +165,16 @@ class _Parser:
             "supervisor": self._section(Supervisor, "supervisor"),
             "failsafe": self._section(Failsafe, "failsafe"),
             "files": self._section(Files, "files"),
+            "recording": self._section(Recording, "recording"),
+            "metrics": self._section(Metrics, "metrics") if "metrics" in self._tables else None,
         }
         return self._checked(parts, source)
 
     def _checked(self, parts: dict[str, Any], source: str) -> Config:
         if parts["files"] is not None:
             parts["files"] = self._absolute(parts["files"], "findings", "state", "control")
+        if parts["recording"] is not None:
+            parts["recording"] = self._absolute(parts["recording"], "folder")
         parts["can"] = tuple(self._absolute(bus, "database") for bus in parts["can"])
         if parts["mavlink"] is not None:
             parts["mavlink"] = self._absolute(parts["mavlink"], "signing_key")

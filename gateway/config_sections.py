@@ -351,3 +351,22 @@ class Files(Section):
         600.0, description="levels, acknowledgements and mutes of a state older than this are not taken up again"
     )
     control: PathText = Field(Path("gateway.sock"), description="socket through which `gateway tell` speaks to it")
+
+
+class Recording(Section):
+    """`[recording]`: everything that came in, went out and was found, in MCAP files."""
+
+    enabled: bool = Field(True, description="false = nothing is recorded")
+    folder: PathText = Field(Path("recordings"), description="where the files lie")
+    file_max_mb: float = Field(256.0, ge=1, le=16_384, description="MB after which a new file is begun")
+    file_max_minutes: float = Field(60.0, ge=0.1, le=1440, description="minutes after which a new file is begun")
+    budget_mb: float = Field(4096.0, ge=2, description="MB for all recordings: beyond it, the oldest are deleted")
+    keep_free_mb: NotNegative = Field(
+        500.0, description="MB of the disk that are left free: else nothing is recorded"
+    )
+
+
+class Metrics(Section):
+    """`[metrics]`: figures for Prometheus. Without this table there are none."""
+
+    port: int = Field(9464, ge=1, le=65_535, description="port of 127.0.0.1 that serves /metrics")

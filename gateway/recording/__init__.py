@@ -1,0 +1,1 @@
+"""Recordings of ours: everything that came in and went out, in MCAP files."""
