@@ -11,13 +11,13 @@ from pathlib import Path
 import click
 
 from drivers.readings import OperatorAct
+from gateway.commands.replay import replay
 from gateway.config import Config, load
 from gateway.control.protocol import ACTS, STATUS, Request
 from gateway.control.subject_words import subjects_named, wanted, watched_subjects
 from gateway.logs import start_logging
 from gateway.operator import MUTE_MAX_S
 from gateway.problems import ConfigError
-from gateway.replay.command import replay
 from gateway.training.command import train
 
 DISTRIBUTION = "thruster-gateway"

@@ -1,0 +1,1 @@
+"""The commands of `gateway` that have a module of their own."""
