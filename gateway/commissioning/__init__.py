@@ -1,0 +1,1 @@
+"""Learns from healthy recordings what the configuration needs, and says how sure it is."""
