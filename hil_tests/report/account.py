@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from operator import attrgetter
 
 from gateway.outlet import NOTES
+from gateway.plotting.clock import clock
 from hil_tests.report.commands import acts, told
 from hil_tests.report.expectations import checks
 from hil_tests.report.modes import stretches
@@ -14,7 +15,6 @@ from hil_tests.report.outcome import Outcome
 from hil_tests.report.subjects import calm_subjects
 from hil_tests.report.wanted import severity_name
 from hil_tests.report.windows import since_start_s
-from hil_tests.report.words import clock
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from detectors.verdict import Level
-from hil_tests.report.decimation import decimated
+from gateway.plotting.decimation import decimated
 from hil_tests.report.outcome import FloatArray, Outcome
 from hil_tests.scenario.fault import Fault
 

@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from math import inf, isfinite
 
+from gateway.plotting.clock import clock, lasting
 from gateway.severity import Severity
 from hil_tests.report.check import Check
 from hil_tests.report.mode_checks import ends_in, goes_into
 from hil_tests.report.outcome import Outcome
 from hil_tests.report.wanted import Item, Wanted, WantedCommand, WantedFinding, WantedText
 from hil_tests.report.windows import Window, since_start_s
-from hil_tests.report.words import clock, lasting
 from hil_tests.scenario.document import Scenario
 from hil_tests.scenario.expectations import Expectation, Prohibition
 

@@ -16,13 +16,13 @@ from shlex import join
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from plotly.offline import get_plotlyjs
 
+from gateway.plotting.clock import clock, lasting
 from hil_tests.report.account import Line, counted, happenings, name_of
 from hil_tests.report.check import Check
 from hil_tests.report.expectations import checks, found_after_s
 from hil_tests.report.figures import figures
 from hil_tests.report.outcome import Outcome
 from hil_tests.report.table import summary
-from hil_tests.report.words import clock, lasting
 from hil_tests.scenario.fault import AXES, Fault
 
 # In a play's folder: the gateway's configuration, and the packets that it heard; logs of the buses are beside them.

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from gateway.plotting.clock import clock, lasting
 from hil_tests.report.check import Check
 from hil_tests.report.modes import ModeStretch, stretches
 from hil_tests.report.outcome import Outcome
 from hil_tests.report.windows import Window
-from hil_tests.report.words import clock, lasting
 
 
 def ends_in(wanted: Sequence[str], window: Window, outcome: Outcome) -> Check:

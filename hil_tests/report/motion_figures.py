@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from detectors.verdict import Level
-from hil_tests.report.decimation import decimated
+from gateway.plotting.clock import clock
+from gateway.plotting.decimation import decimated
 from hil_tests.report.drawing import (
     COMMAND,
     HEALTHY,
@@ -29,7 +30,6 @@ from hil_tests.report.drawing import (
     time_axis,
 )
 from hil_tests.report.outcome import FloatArray, Outcome, Truth
-from hil_tests.report.words import clock
 
 ARROWS = 9
 ARROW_SHARE = 0.12  # of the track's extent, for the strongest current

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from rich.table import Table
 from rich.text import Text
 
+from gateway.plotting.clock import lasting
 from hil_tests.report.account import name_of
 from hil_tests.report.check import Check
 from hil_tests.report.expectations import checks, found_after_s
 from hil_tests.report.outcome import Outcome
-from hil_tests.report.words import lasting
 
 GOOD, BAD = "green", "bold red"
 

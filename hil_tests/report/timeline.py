@@ -12,6 +12,7 @@ from itertools import pairwise
 
 from detectors.verdict import Level
 from gateway.findings import Finding
+from gateway.plotting.clock import clock
 from gateway.severity import Severity
 from hil_tests.report.check import Check
 from hil_tests.report.commands import acts, told
@@ -31,7 +32,6 @@ from hil_tests.report.outcome import Outcome
 from hil_tests.report.subjects import DETECTORS, by_subject, calm_subjects
 from hil_tests.report.wanted import severity_name
 from hil_tests.report.windows import since_start_s
-from hil_tests.report.words import clock
 from hil_tests.scenario.fault import Fault
 
 LANE_PX, MARGIN_PX = 24, 60

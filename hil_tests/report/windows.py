@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import inf, isfinite
 
+from gateway.plotting.clock import clock, lasting
 from hil_tests.report.outcome import Outcome
-from hil_tests.report.words import clock, lasting
 from hil_tests.scenario.document import Scenario
 from hil_tests.scenario.expectations import Expectation
 

@@ -1,13 +1,17 @@
-"""Times as people say them."""
+"""Times of a dive as people say them."""
 
 from __future__ import annotations
 
+HOUR_S = 3600.0
+
 
 def clock(since_s: float) -> str:
-    """Time since the start, as a stop watch shows it: "0:25", "12:04.31"."""
+    """Time since the start, as a stop watch shows it: "0:25", "12:04.31", "1:05:00"."""
     minutes, seconds = divmod(round(abs(since_s), 2), 60.0)
     sign = "-" if since_s < 0.0 else ""
-    return _short(f"{sign}{minutes:.0f}:{seconds:05.2f}")
+    hours, minutes = divmod(int(minutes), 60)
+    told = f"{hours}:{minutes:02d}" if hours else f"{minutes}"
+    return _short(f"{sign}{told}:{seconds:05.2f}")
 
 
 def lasting(seconds: float) -> str:

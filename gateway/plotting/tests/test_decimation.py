@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hil_tests.report.decimation import decimated
+from gateway.plotting.decimation import decimated
 
 
 @pytest.mark.parametrize("count", [1001, 1500, 20_000, 100_003])
