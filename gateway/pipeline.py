@@ -95,6 +95,8 @@ class Now:
 
 
 Event = Arrival | Now
+# How a channel is made to judge: what measures the time that it takes is outside, for nothing in here knows a clock
+Judge = Callable[[Channel[Any]], object]
 # A part of an event that comes to the supervisor, once the detectors have judged
 _Step = Callable[[], Iterable[Outcome]]
 # The channels that a reading went to, and what it did there
@@ -107,9 +109,11 @@ class Pipeline:
     Args:
         config: what to watch.
         factories: makes the detectors; None: the real ones.
+        judge: makes a channel judge what it has aligned; what it gives back is not looked at.
     """
 
-    def __init__(self, config: Config, factories: Factories | None = None) -> None:
+    def __init__(self, config: Config, factories: Factories | None = None, judge: Judge = Channel.judge) -> None:
+        self._judge = judge
         self._timeline = Timeline()
         self._drops: Counter[str] = Counter()
         self._channels = {channel.subject: channel for channel in _channels(config, factories or Factories())}
@@ -167,7 +171,7 @@ class Pipeline:
     def _taken(self, events: Iterable[Event]) -> list[Outcome]:
         steps = [step for event in events for step in self._prepared(event)]
         for channel in self._channels.values():
-            channel.judge()
+            self._judge(channel)
         return [outcome for step in steps for outcome in step()]
 
     def take_stretch(self, arrivals: Sequence[BlockArrival]) -> list[Outcome]:
