@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import asyncio
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from drivers.can.bus import CanLink
@@ -15,12 +16,12 @@ from drivers.can.load import BitRates, BusLoadMeter
 from drivers.can.network_interface import bit_rates, traffic
 from drivers.can.packets import OVERFLOW
 from drivers.clock import Clock
-from drivers.readings import BusLoad, FrameLoss, LinkState, Reading
+from drivers.readings import BusLoad, FrameLoss, LinkState
 from gateway.config import Config
 from gateway.config_sections import CanBus
+from gateway.intake import Intake
 from gateway.wiring import can_decoder
 
-Take = Callable[[str, Sequence[Reading]], None]
 PortOf = Callable[[CanBus], PortOpener]
 
 LOAD_PERIOD_S = 1.0
@@ -35,14 +36,14 @@ class CanSource:
         bus: of the configuration.
         config: the rest of it.
         clock: stamps what is received.
-        take: gets the readings.
+        intake: gets frames and readings.
         open_port: opens the bus; None: as it is configured.
     """
 
     def __init__(
-        self, bus: CanBus, config: Config, clock: Clock, take: Take, open_port: PortOpener | None = None
+        self, bus: CanBus, config: Config, clock: Clock, intake: Intake, open_port: PortOpener | None = None
     ) -> None:
-        self._bus, self._clock, self._take = bus, clock, take
+        self._bus, self._clock, self._intake = bus, clock, intake
         self._decoder = can_decoder(bus, config.thruster)
         filters = self._decoder.filters()
         self._link = CanLink(
@@ -63,7 +64,7 @@ class CanSource:
 
     async def run(self, on_state: Callable[[LinkState], None]) -> None:
         """Keeps the link alive until it is cancelled."""
-        await self._link.run(self._on_frames, on_state)
+        await self._link.run(self._on_frames, on_state, partial(self._intake.frames, self.name))
 
     async def watch_load(self) -> None:
         """Says once a second how busy the bus is, where its bit rate is known, and what was lost of it.
@@ -86,14 +87,14 @@ class CanSource:
         return self._decoder.drops + Counter(trouble)
 
     def _on_frames(self, frames: FrameBlock) -> None:
+        self._intake.frames(self.name, frames)
         if self._meter is not None:
             self._meter.read(frames)
         if len(frames) >= BLOCK_MIN:
             readings = self._decoder.decode_block(frames).readings()
         else:
             readings = [reading for frame in frames.frames() for reading in self._decoder.decode(frame)]
-        if readings:
-            self._take(self.name, readings)
+        self._intake.decoded(self.name, readings)
 
     def _measure(self) -> None:
         if self._meter is None:
@@ -102,14 +103,14 @@ class CanSource:
         time_s = self._clock.now()
         share = self._meter.share(time_s, counted)
         if share is not None:
-            self._take(self.name, [BusLoad(time_s, self.name, share)])
+            self._intake.reading(self.name, BusLoad(time_s, self.name, share))
 
     def _tell_losses(self) -> None:
         before = self._losses
         self._losses = self._link.counters[OVERFLOW], self._link.counters[BusCondition.OVERFLOW.value]
         if any(self._losses):
             frames, overruns = (now - earlier for now, earlier in zip(self._losses, before, strict=True))
-            self._take(self.name, [FrameLoss(self._clock.now(), self.name, frames, overruns)])
+            self._intake.reading(self.name, FrameLoss(self._clock.now(), self.name, frames, overruns))
 
 
 def options_of(bus: CanBus) -> dict[str, Any]:

@@ -26,6 +26,7 @@ from gateway.computer_status import ComputerWatch
 from gateway.config import Config
 from gateway.config_sections import MAVLINK
 from gateway.forwarded_bus import forwarded_buses
+from gateway.intake import Intake
 from gateway.signing.link import link_signing
 from gateway.streams import streams
 from gateway.supervision.autopilots import kind_of
@@ -48,7 +49,7 @@ class Companion:
     Args:
         config: with a `mavlink` table.
         clock: stamps what is received.
-        take: gets the readings.
+        intake: gets what is heard, what is said, and readings.
         connect: opens the endpoint.
 
     Attributes:
@@ -64,7 +65,7 @@ class Companion:
         self,
         config: Config,
         clock: Clock,
-        take: Callable[[str, Sequence[Reading]], None],
+        intake: Intake,
         connect: Connect = open_transport,
     ) -> None:
         if config.mavlink is None:
@@ -73,7 +74,7 @@ class Companion:
         self._link = MavlinkLink(MAVLINK, config.mavlink.endpoint, clock, connect)
         self._signing = link_signing(config.mavlink, config.files.state, clock.now())
         self._gate = None if self._signing is None else self._signing.signing
-        self.buses = forwarded_buses(config, take)
+        self.buses = forwarded_buses(config, intake.decoded)
         self._decoder = mavlink_decoder(
             config.mavlink,
             config.thruster,
@@ -91,7 +92,7 @@ class Companion:
         self._unsent: Counter[str] = Counter()
         self._autopilot_clock: AutopilotClock | None = None
         self._clock = clock
-        self._take = take
+        self._intake = intake
         self._tell_state: Callable[[LinkState], None] | None = None
         self.received = 0
 
@@ -151,6 +152,7 @@ class Companion:
         frames = encoder.encode(message, now_s)
         self._decoder.own.sent(frames, now_s)
         for frame in frames_of(frames):
+            self._intake.said(frame, now_s)
             self._link.send(frame)
 
     def drops(self) -> Counter[str]:
@@ -168,6 +170,7 @@ class Companion:
         return {"autopilot": f"its clock is {clock.offset_s:.3f} s behind ours, to within {wrong_ms:.1f} ms"}
 
     def _on_bytes(self, data: bytes, time_s: float) -> None:
+        self._intake.heard(data, time_s)
         known = self._decoder.autopilot_system if self.received else None
         readings = self._decoder.decode(data, time_s)
         for answer in self._decoder.answers():
@@ -178,10 +181,10 @@ class Companion:
             log.warning("%s", news)
         for reading in readings:
             self._note(reading, known)
-        if readings:
-            self._take(MAVLINK, readings)
-            self._ask(readings, time_s)
+        self._intake.decoded(MAVLINK, readings)
         self._forward(readings, time_s)
+        if readings:
+            self._ask(readings, time_s)
 
     def _note(self, reading: Reading, known: int | None) -> None:
         """For log and summary."""
@@ -248,7 +251,7 @@ class Companion:
         if ignored != self._ignored:
             self._ignored = ignored
             detail = "answers none of our commands" if ignored else ""
-            self._take(MAVLINK, [LinkState(self._clock.now(), MAVLINK, True, detail)])
+            self._intake.reading(MAVLINK, LinkState(self._clock.now(), MAVLINK, True, detail))
         if ignored:
             log.warning(
                 "the autopilot answers no requests for streams; does it take commands from component %d?",

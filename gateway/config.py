@@ -74,6 +74,7 @@ class Config:
         files: with absolute paths.
         recording: with an absolute folder.
         metrics: what is served to Prometheus, None = nothing.
+        text: the file's.
     """
 
     vehicle: Vehicle
@@ -89,6 +90,7 @@ class Config:
     files: Files
     recording: Recording
     metrics: Metrics | None
+    text: str
 
     def bus(self, name: str) -> CanBus | None:
         """The CAN bus of that name."""
@@ -140,7 +142,7 @@ def parse(text: str, folder: Path, source: str = "configuration") -> Config:
         tables = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # numbers of thousands of digits, tables in tables without end
         raise ConfigError(source, [Problem(source, None, f"not valid TOML: {error}")]) from error
-    return _Parser(tables, folder).config(source)
+    return _Parser(tables, folder).config(source, text)
 
 
 class _Parser:
@@ -151,8 +153,8 @@ class _Parser:
         self._folder = folder
         self._problems: list[Problem] = []
 
-    def config(self, source: str) -> Config:
-        known = [field.name for field in fields(Config)]
+    def config(self, source: str, text: str) -> Config:
+        known = [field.name for field in fields(Config) if field.name != "text"]
         self._problems += [unknown_key(key, value, known) for key, value in self._tables.items() if key not in known]
         parts = {
             "vehicle": self._section(Vehicle, "vehicle", required=True),
@@ -168,7 +170,7 @@ class _Parser:
             "recording": self._section(Recording, "recording"),
             "metrics": self._section(Metrics, "metrics") if "metrics" in self._tables else None,
         }
-        return self._checked(parts, source)
+        return self._checked({**parts, "text": text}, source)
 
     def _checked(self, parts: dict[str, Any], source: str) -> Config:
         if parts["files"] is not None:

@@ -16,6 +16,7 @@ from math import inf
 from drivers.clock import Clock
 from drivers.readings import Lateness
 from gateway.pipeline import Arrival, Event, Now, Outcome, Pipeline
+from gateway.recording.journal import Journal, NoJournal
 
 # What arrives within this time is judged together, at a third of the cost; nobody sees a tenth of a second
 COLLECT_S = 0.1
@@ -45,6 +46,7 @@ class Judging:
         record: gets each batch's outcomes in the worker thread, for what takes time.
         tell: gets them in the event loop.
         collect_s: what arrives within this time is judged together.
+        journal: where the times that the pipeline is told are written down, and how late it is.
 
     Attributes:
         lost: readings that were not judged, by cause.
@@ -58,21 +60,25 @@ class Judging:
         record: Callable[[Sequence[Outcome]], None],
         tell: Callable[[Sequence[Outcome]], None],
         collect_s: float = COLLECT_S,
+        journal: Journal | None = None,
     ) -> None:
         self._pipeline, self._clock, self._record, self._tell = pipeline, clock, record, tell
-        self._collect_s = collect_s
-        self._waiting: asyncio.Queue[Work] = asyncio.Queue(WAITING_MAX)
+        self._collect_s, self._journal = collect_s, journal or NoJournal()
+        self._waiting: asyncio.Queue[tuple[Work, int]] = asyncio.Queue(WAITING_MAX)
         self._closed = False
         self._pace = _Pace()
         self.lost: Counter[str] = Counter()
         self.behind_max_s = 0.0
 
-    def put(self, work: Work) -> bool:
-        """Takes work, for as long as there is room; False where it is not taken. After `close` none is."""
+    def put(self, work: Work, place: int | None = None) -> bool:
+        """Takes work, for as long as there is room; False where it is not taken. After `close` none is.
+
+        `place`: in the journal, of the first that it is made of; None: nothing of it is written down.
+        """
         if self._closed:
             return False
         try:
-            self._waiting.put_nowait(work)
+            self._waiting.put_nowait((work, self._journal.place + 1 if place is None else place))
         except asyncio.QueueFull:
             self._lose("machine too slow", work)
             return False
@@ -80,7 +86,9 @@ class Judging:
 
     def advance(self, now_s: float) -> None:
         """The time, told now and then."""
-        self.put(Now(now_s - LATENESS_S))
+        if not self._closed:
+            self._journal.now(now_s - LATENESS_S)
+            self.put(Now(now_s - LATENESS_S), self._journal.place)
 
     async def close(self, within_s: float) -> None:
         """Takes no more, and comes back when all that came before is judged and told, or the time is over."""
@@ -94,8 +102,9 @@ class Judging:
         while True:
             if self._waiting.qsize() < BATCH_MAX:
                 await asyncio.sleep(self._collect_s)
-            batch = [await self._waiting.get(), *self._next(BATCH_MAX - 1)]
-            await self._judge([*self._own_pace(), *batch])
+            first, place = await self._waiting.get()
+            batch = [first, *self._next(BATCH_MAX - 1)]
+            await self._judge([*self._own_pace(place), *batch])
             self._look_at_pace(batch)
             for _ in batch:
                 self._waiting.task_done()
@@ -112,7 +121,7 @@ class Judging:
                     self._lose("no time at the end", work)
 
     def _next(self, most: int) -> list[Work]:
-        return [self._waiting.get_nowait() for _ in range(min(most, self._waiting.qsize()))]
+        return [self._waiting.get_nowait()[0] for _ in range(min(most, self._waiting.qsize()))]
 
     async def _judge(self, batch: Sequence[Work]) -> None:
         """A thread cannot be cancelled: whoever cancels us gets his way when the batch is judged and told."""
@@ -152,10 +161,13 @@ class Judging:
             self.behind_max_s = max(self.behind_max_s, behind_s)
             self._pace.take(ticks[-1], behind_s)
 
-    def _own_pace(self) -> list[Work]:
+    def _own_pace(self, place: int) -> list[Work]:
         """How late it is as a reading of its own, in front of all that waits: else it would come as late."""
         lateness = self._pace.due(self.lost.total())
-        return [] if lateness is None else [Arrival(GATEWAY, [lateness])]
+        if lateness is None:
+            return []
+        self._journal.reading(GATEWAY, lateness, before=place)
+        return [Arrival(GATEWAY, [lateness])]
 
 
 class _Pace:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from math import nan
 from pathlib import Path
 from typing import Any, Protocol
@@ -42,6 +43,14 @@ class Knowing(Protocol):
         ...
 
 
+@dataclass(frozen=True, slots=True)
+class Recalled:
+    """What an earlier run has left: as in its state file, empty = nothing, and whether levels were taken up, too."""
+
+    state: bytes = b""
+    resumed: bool = False
+
+
 class Memory:
     """The state file of a run.
 
@@ -62,7 +71,7 @@ class Memory:
         self._path, self._young_s, self._clock, self._present = path, young_s, clock, present
         self._failing = False
 
-    def recall(self, pipeline: Knowing) -> None:
+    def recall(self, pipeline: Knowing) -> Recalled:
         """Gives the pipeline what an earlier run has left."""
         try:
             found = state.load(self._path)
@@ -72,7 +81,9 @@ class Memory:
             log.warning("state %s cannot be read, all is learnt anew: %s", self._path, error)
         else:
             if found is not None:
-                self._take(found, pipeline)
+                data = state.pack(found)  # as it is now: the pipeline goes on from it
+                return Recalled(data, self._take(found, pipeline))
+        return Recalled()
 
     def store(self, pipeline: Knowing) -> None:
         """Writes what the pipeline knows; a failure is logged once, until it works again."""
@@ -86,7 +97,8 @@ class Memory:
         else:
             self._failing = False
 
-    def _take(self, found: state.State, pipeline: Knowing) -> None:
+    def _take(self, found: state.State, pipeline: Knowing) -> bool:
+        """Whether what was of the moment was taken up, too."""
         foreign = pipeline.recall(found.learnt)
         if foreign:
             self._set_aside(f"state {self._path} is of others: {', '.join(foreign)}", keep=True)
@@ -96,6 +108,7 @@ class Memory:
         else:
             pipeline.resume(found.passing)
             log.info("state is %s old: levels go on as they were", _words(age_s))
+        return not why_not
 
     def _obstacle(self, found: state.State) -> tuple[str, float]:
         """Why what was of the moment is not taken up, and how old it is; empty where nothing speaks against it."""

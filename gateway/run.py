@@ -17,7 +17,7 @@ from threadpoolctl import threadpool_limits
 from drivers.clock import Clock
 from drivers.mavlink.messages import CommandAck
 from drivers.mavlink.transports import Connect, open_transport
-from drivers.readings import LinkState, OperatorAct, Reading
+from drivers.readings import LinkState, OperatorAct
 from gateway.can_source import CanSource, PortOf
 from gateway.companion import Companion
 from gateway.config import Config
@@ -27,11 +27,13 @@ from gateway.control.protocol import STATUS, Answer, Request, Said
 from gateway.control.server import ControlSocket
 from gateway.control.subject_words import watched_subjects
 from gateway.findings import Finding, FindingsFile
+from gateway.intake import Intake
 from gateway.judging import COLLECT_S, Judging
 from gateway.memory import Memory
 from gateway.operator import ALL, code_of
 from gateway.outlet import Observer, Outlet
-from gateway.pipeline import Arrival, Factories, Outcome, Pipeline
+from gateway.pipeline import Factories, Outcome, Pipeline
+from gateway.recording.journal import Journal, NoJournal
 from gateway.summary import Summary, worst_first
 from gateway.systemd import Service
 from gateway.timeline import STILL_S
@@ -59,6 +61,7 @@ async def run(
     port_of: PortOf | None = None,
     connect: Connect = open_transport,
     collect_s: float = COLLECT_S,
+    journal: Journal | None = None,
 ) -> Summary:
     """Watches until `stop` is set.
 
@@ -73,6 +76,7 @@ async def run(
         port_of: how a CAN bus is opened; None: as it is configured.
         connect: how the autopilot's link is opened.
         collect_s: what arrives within this time is judged together; findings are the same, texts come as much later.
+        journal: where all that comes in and goes out is written down; None: nowhere.
 
     Returns:
         What the run came to.
@@ -87,7 +91,7 @@ async def run(
         pipeline = Pipeline(config, factories)
         services = service or Service({})
         session = _Session(
-            config, pipeline, clock or Clock(), observer, findings, services, port_of, connect, collect_s
+            config, pipeline, clock or Clock(), observer, findings, services, port_of, connect, collect_s, journal
         )
         return await session.run(stop or asyncio.Event(), accept or asyncio.Event())
 
@@ -106,15 +110,18 @@ class _Session:
         port_of: PortOf | None,
         connect: Connect,
         collect_s: float,
+        journal: Journal | None,
     ) -> None:
         self._config, self._clock, self._pipeline, self._service = config, clock, pipeline, service
         self._memory = Memory(config.files.state, config.files.young_s, clock.now)
+        self._journal = journal or NoJournal()
+        self._intake = Intake(lambda work: self._judging.put(work, self._intake.first), self._journal)
         self._buses = [
-            CanSource(bus, config, clock, self._take, port_of and port_of(bus))
+            CanSource(bus, config, clock, self._intake, port_of and port_of(bus))
             for bus in config.can
             if not bus.forwarded
         ]
-        self._companion = Companion(config, clock, self._take, connect) if config.mavlink else None
+        self._companion = Companion(config, clock, self._intake, connect) if config.mavlink else None
         self._outlet = Outlet(
             findings,
             config.files.findings,
@@ -122,8 +129,8 @@ class _Session:
             None if self._companion is None else self._companion.send,
             clock.now,
         )
-        self._judging = Judging(pipeline, clock, self._record, self._tell, collect_s)
-        self._operator = LocalOperator(watched_subjects(config), self._judging.put, clock.now)
+        self._judging = Judging(pipeline, clock, self._record, self._tell, collect_s, self._journal)
+        self._operator = LocalOperator(watched_subjects(config), self._intake.reading, clock.now)
         self._control = ControlSocket(config.files.control, self._answer)
         self._levels = pipeline.levels()
         self._unopened = set(config.links())
@@ -152,6 +159,7 @@ class _Session:
             log.info("stopping")
             self._service.stopping()
             self._control.close()
+            self._intake.close()
             await self._judging.close(CLOSE_S)  # while there is a link to tell the autopilot what is still found
             if self._companion is not None:
                 self._companion.take_leave()
@@ -174,14 +182,11 @@ class _Session:
 
     # From the links to the judging ----------------------------------------------------------------
 
-    def _take(self, link: str, readings: Sequence[Reading]) -> None:
-        self._judging.put(Arrival(link, readings))
-
     def _on_state(self, state: LinkState) -> None:
         word = "up" if state.up else "down"
         log.log(logging.INFO if state.up else logging.WARNING, "%s %s%s", state.link, word, _colon(state.detail))
         self._unopened.discard(state.link)
-        self._take(state.link, [state])
+        self._intake.reading(state.link, state)
         if self._companion is not None:
             self._companion.on_state(state)
 
@@ -202,6 +207,7 @@ class _Session:
     def _record(self, outcomes: Sequence[Outcome]) -> None:
         """In the judging's thread: nobody else may touch the pipeline."""
         self._outlet.record(outcomes)
+        self._journal.outcomes(outcomes, self._clock.now())
         self._levels = self._pipeline.levels()
 
     def _tell(self, outcomes: Sequence[Outcome]) -> None:

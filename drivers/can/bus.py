@@ -77,18 +77,19 @@ class CanLink:
         self._port: CanPort | None = None
         self._state = BusState(self.counters)
 
-    async def run(self, on_frames: OnFrames, on_state: OnState) -> NoReturn:
-        """Read for ever; both callbacks are called in the event loop's thread.
+    async def run(self, on_frames: OnFrames, on_state: OnState, on_errors: OnFrames | None = None) -> NoReturn:
+        """Read for ever; all callbacks are called in the event loop's thread.
 
         Args:
             on_frames: gets every block of data frames, in the order of the bus.
             on_state: gets the state whenever it changes, and once after the first attempt to open the bus.
+            on_errors: gets the controller's error frames, which are none of the bus.
         """
         back_off_s = BACK_OFF_FIRST_S
         while True:
             received = self.counters["frames"]
             try:
-                await self._serve(on_frames, on_state)
+                await self._serve(on_frames, on_state, on_errors)
             except CanPortError as error:
                 self._report(on_state, False, str(error))
             finally:
@@ -115,13 +116,13 @@ class CanLink:
             return False
         return True
 
-    async def _serve(self, on_frames: OnFrames, on_state: OnState) -> NoReturn:
+    async def _serve(self, on_frames: OnFrames, on_state: OnState, on_errors: OnFrames | None) -> NoReturn:
         """Open the bus and read it until it fails."""
         self._port = port = await in_thread(self._open, abandon=lambda late: late.close())
         self.counters["connections"] += 1
         self._report(on_state, True, "")
         while True:
-            frames = self._data_frames(await port.receive(), on_state)
+            frames = self._data_frames(await port.receive(), on_state, on_errors)
             if len(frames):
                 self.counters["frames"] += len(frames)
                 on_frames(frames)
@@ -129,11 +130,13 @@ class CanLink:
     def _open(self) -> CanPort:
         return self._open_port(self._filters, self._clock, self.counters)
 
-    def _data_frames(self, frames: FrameBlock, on_state: OnState) -> FrameBlock:
+    def _data_frames(self, frames: FrameBlock, on_state: OnState, on_errors: OnFrames | None) -> FrameBlock:
         """The block without its error frames; what they say is counted and reported."""
+        errors = frames.kind & ERROR != 0
+        if on_errors is not None and errors.any():
+            on_errors(frames.part(errors))
         for change in self._state.changes(frames):
             on_state(LinkState(self._clock.now(), self.name, change.up, change.detail))
-        errors = frames.kind & ERROR != 0
         return frames.part(~errors) if errors.any() else frames
 
     def _allowed(self) -> str:

@@ -7,13 +7,11 @@ from collections import deque
 from collections.abc import Callable, Sequence
 
 from drivers.mavlink.messages import CommandAck, CommandResult
-from drivers.readings import OperatorAct, OperatorRequest
+from drivers.readings import OperatorAct, OperatorRequest, Reading
 from gateway.control.protocol import ACTS, Answer, Request
 from gateway.control.subject_words import subjects_named
 from gateway.findings import Finding
-from gateway.judging import Work
 from gateway.operator import OWN_OPERATOR, code_of
-from gateway.pipeline import Arrival
 
 # his readings come over no link
 LINK = "operator"
@@ -31,11 +29,11 @@ class LocalOperator:
 
     Args:
         watched: the subjects that there are.
-        put: takes work for the pipeline; False where it takes none.
+        put: takes a link's reading for the pipeline; False where it takes none.
         now: the time.
     """
 
-    def __init__(self, watched: Sequence[str], put: Callable[[Work], bool], now: Callable[[], float]) -> None:
+    def __init__(self, watched: Sequence[str], put: Callable[[str, Reading], bool], now: Callable[[], float]) -> None:
         self._watched, self._put, self._now = watched, put, now
         self._done = ""
         self._open: deque[asyncio.Future[_Done]] = deque()
@@ -43,7 +41,7 @@ class LocalOperator:
     def say(self, act: OperatorAct, code: int, duration_s: float = 0.0) -> asyncio.Future[_Done] | None:
         """Says it; comes to what was done. None: the gateway takes nothing more in."""
         request = OperatorRequest(self._now(), act, code, duration_s, *HIMSELF)
-        if not self._put(Arrival(LINK, [request])):
+        if not self._put(LINK, request):
             return None
         self._open.append(asyncio.get_running_loop().create_future())
         return self._open[-1]

@@ -16,6 +16,7 @@ from drivers.clock import Clock
 from drivers.readings import FrameLoss, ThrusterCommand, ThrusterReport
 from gateway.can_source import CanSource
 from gateway.config import parse
+from gateway.intake import Intake
 from gateway.tests.conftest import TWO_THRUSTERS
 from gateway.tests.live_vehicle import until
 from gateway.wiring import can_decoder
@@ -54,7 +55,9 @@ def taken():
 @pytest.fixture
 def source(tmp_path, port, taken):
     config = parse(TWO_THRUSTERS, tmp_path)
-    return CanSource(config.can[0], config, Clock(), lambda link, readings: taken.extend(readings), port.open)
+    return CanSource(
+        config.can[0], config, Clock(), Intake(lambda work: taken.extend(work.readings) or True), port.open
+    )
 
 
 @contextlib.asynccontextmanager

@@ -23,6 +23,7 @@ from drivers.readings import (
 )
 from gateway.companion import Companion
 from gateway.config import parse
+from gateway.intake import Intake
 from gateway.tests.conftest import TWO_THRUSTERS
 
 PATIENCE_S = 10.0
@@ -115,7 +116,7 @@ class Network:
         start_s = time.monotonic()
         clock = Clock(monotonic=lambda: start_s + speed * (time.monotonic() - start_s))
         self.clock, self.readings = clock, []
-        self.companion = Companion(config, clock, lambda _link, readings: self.readings.extend(readings))
+        self.companion = Companion(config, clock, Intake(lambda work: self.readings.extend(work.readings) or True))
         self.autopilot = Autopilot(self.port)
         self.ground = End(self.port, Peer(255, 190))
         self.ends = [self.autopilot, self.ground]

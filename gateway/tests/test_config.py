@@ -534,7 +534,7 @@ tables = st.dictionaries(
 @given(st.dictionaries(st.sampled_from([*Config.__dataclass_fields__]), st.one_of(values, tables, st.lists(tables))))
 def test_no_table_whatever_raises_anything_but_config_error(data):
     with pytest.raises(ConfigError):  # none of these is valid: there is no complete thruster
-        module._Parser(data, Path("/nowhere")).config("generated")
+        module._Parser(data, Path("/nowhere")).config("generated", "")
 
 
 def test_problems_go_from_process_to_process(tmp_path):

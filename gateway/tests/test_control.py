@@ -322,9 +322,9 @@ class Desk:
         self.said: list[OperatorRequest] = []
         self.operator = LocalOperator(["thruster 1", "thruster 3"], self.put, lambda: 1.7e9)
 
-    def put(self, work) -> bool:
+    def put(self, link, request) -> bool:
         if self.takes:
-            self.said += work.readings
+            self.said.append(request)
         return self.takes
 
     def answer(self, *results: int, done: str = "T3 muted for 90 s") -> None:

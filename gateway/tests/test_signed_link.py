@@ -16,6 +16,7 @@ from drivers.mavlink.tests.peer import Peer
 from drivers.readings import AutopilotHeartbeat, OperatorRequest
 from gateway.companion import Companion
 from gateway.config import parse
+from gateway.intake import Intake
 from gateway.signing.memory import unpack
 from gateway.tests.conftest import TWO_THRUSTERS
 from gateway.tests.test_cli import called
@@ -80,7 +81,7 @@ class Session:
         config = parse(TWO_THRUSTERS.replace('endpoint = "udpin:127.0.0.1:0"', endpoint), folder)
         self.stamps = config.files.state.with_name(config.files.state.name + ".stamps")
         self.readings = []
-        self.companion = Companion(config, Clock(), lambda _link, readings: self.readings.extend(readings))
+        self.companion = Companion(config, Clock(), Intake(lambda work: self.readings.extend(work.readings) or True))
 
     async def __aenter__(self):
         self.task = asyncio.create_task(self.companion.run(self.companion.on_state))
