@@ -204,7 +204,7 @@ async def test_summary_names_what_was_dropped(live_config, port):
 async def test_a_link_that_does_not_open_delays_readiness_only_so_long(
     live_config, tmp_path, monkeypatch, patience_s, ready
 ):
-    monkeypatch.setattr("gateway.run.READY_S", patience_s)
+    monkeypatch.setattr("gateway.session.READY_S", patience_s)
     with socket.create_server(("127.0.0.1", 0), backlog=0) as full, contextlib.ExitStack() as callers:
         for _ in range(4):
             caller = callers.enter_context(socket.socket())
