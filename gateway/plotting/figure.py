@@ -78,7 +78,7 @@ class Points:
 
 @dataclass(frozen=True, slots=True)
 class Arrows:
-    """(N,) from x, y by dx, dy, in the units of the axes."""
+    """(N,) from x, y by dx, dy, in the units of the axes; `labels`: of each, or none."""
 
     name: str
     x: FloatArray
@@ -86,6 +86,7 @@ class Arrows:
     dx: FloatArray
     dy: FloatArray
     colour: Colour
+    labels: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,124 @@
+"""Marks as matplotlib draws them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, assert_never
+
+import numpy as np
+
+from gateway.plotting.figure import Arrows, Band, Bar, Dash, Level, Line, Mark, Points, Span
+from gateway.plotting.palette import BAND_OPACITY, DAY, SPAN_OPACITY, ink
+from gateway.plotting.reduction import band_samples, known_in, line_samples
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+POINTS_MAX = 2000  # twice what a picture has across
+BAR_HEIGHT = 0.72  # of a row
+LABEL_SHARE = 0.008  # of the width of the axes, for a letter of a bar's label
+DASHES = {Dash.SOLID: "-", Dash.DASHED: "--", Dash.DOTTED: ":"}
+
+
+def draw(axes: Axes, marks: Sequence[Mark], x_range: tuple[float, float], *, over_time: bool) -> None:
+    """Draws them in their order, what has no data behind.
+
+    Args:
+        axes: to draw on.
+        marks: of one panel.
+        x_range: lowest and highest x of the figure.
+        over_time: x is the time.
+    """
+    named: set[str] = set()
+    for mark in marks:
+        name = "" if isinstance(mark, Bar) else mark.name
+        label = "_" if not name or name in named else name  # matplotlib leaves it out of the legend
+        named.add(name)
+        _draw(axes, mark, label, x_range, over_time)
+
+
+def _draw(axes: Axes, mark: Mark, label: str, x_range: tuple[float, float], over_time: bool) -> None:
+    match mark:
+        case Line():
+            _line(axes, mark, label, over_time)
+        case Band():
+            _band(axes, mark, label)
+        case Points():
+            _points(axes, mark, label)
+        case Arrows():
+            _arrows(axes, mark, label)
+        case Span():
+            axes.axvspan(
+                mark.from_x, mark.to_x, color=DAY[mark.colour], alpha=SPAN_OPACITY, lw=0, zorder=0, label=label
+            )
+        case Level():
+            _level(axes, mark)
+        case Bar():
+            _bar(axes, mark, x_range)
+        case _:
+            assert_never(mark)
+
+
+def _line(axes: Axes, line: Line, label: str, over_time: bool) -> None:
+    kept = line_samples(line, POINTS_MAX, over_time=over_time)
+    x, y = line.x[kept], np.where(np.isfinite(line.y[kept]), line.y[kept], np.nan)
+    style = "steps-post" if line.step else "default"
+    axes.plot(x, y, color=DAY[line.colour], lw=line.width, ls=DASHES[line.dash], drawstyle=style, label=label)
+    known = np.isfinite(np.concatenate(([np.nan], y, [np.nan])))
+    alone = known[1:-1] & ~known[:-2] & ~known[2:]  # a sample between gaps is no line
+    if alone.any():
+        axes.plot(x[alone], y[alone], ".", color=DAY[line.colour], ms=4)
+
+
+def _band(axes: Axes, band: Band, label: str) -> None:
+    kept = band_samples(band, POINTS_MAX)
+    x, low, high = band.x[kept], band.low[kept], band.high[kept]
+    known = known_in(x, low, high)
+    axes.fill_between(
+        x, low, high, where=known.tolist(), color=DAY[band.colour], alpha=BAND_OPACITY, lw=0, label=label
+    )
+
+
+def _points(axes: Axes, points: Points, label: str) -> None:
+    colour, size = DAY[points.colour], 3.0 if len(points.x) > 50 else 5.0
+    if points.error is None:
+        axes.plot(points.x, points.y, "o", color=colour, ms=size, mew=0, label=label)
+    else:
+        axes.errorbar(
+            points.x, points.y, points.error, fmt="o", color=colour, ms=size, mew=0, elinewidth=1, label=label
+        )
+
+
+def _arrows(axes: Axes, arrows: Arrows, label: str) -> None:
+    known = known_in(arrows.x, arrows.y, arrows.dx, arrows.dy)
+    x, y, dx, dy = (column[known] for column in (arrows.x, arrows.y, arrows.dx, arrows.dy))
+    axes.quiver(
+        x, y, dx, dy, color=DAY[arrows.colour], angles="xy", scale_units="xy", scale=1.0, width=0.0035, label=label
+    )
+    # arrows alone do not widen the axes
+    axes.update_datalim(np.column_stack((np.concatenate((x, x + dx)), np.concatenate((y, y + dy)))))
+    axes.autoscale_view()
+
+
+def _level(axes: Axes, level: Level) -> None:
+    colour = DAY[level.colour]
+    axes.axhline(level.y, color=colour, lw=1.3, ls="--")
+    axes.text(
+        1.0,
+        level.y,
+        level.name,
+        color=colour,
+        fontsize=8,
+        ha="right",
+        va="bottom",
+        transform=axes.get_yaxis_transform(),
+    )
+
+
+def _bar(axes: Axes, bar: Bar, x_range: tuple[float, float]) -> None:
+    colour, length = DAY[bar.colour], bar.to_x - bar.from_x
+    axes.barh(bar.row, length, BAR_HEIGHT, left=bar.from_x, color=colour, lw=0)
+    if length > LABEL_SHARE * len(bar.label) * (x_range[1] - x_range[0]):
+        axes.text(
+            bar.from_x + length / 2.0, bar.row, bar.label, color=ink(colour), fontsize=8, ha="center", va="center"
+        )
