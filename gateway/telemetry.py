@@ -6,7 +6,21 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from detectors.verdict import Level
-from gateway.control.protocol import Said
+
+
+@dataclass(frozen=True, slots=True)
+class Said:
+    """A text that the pilot was told.
+
+    Attributes:
+        age_s: how long ago.
+        severity: MAV_SEVERITY.
+        text: as he read it.
+    """
+
+    age_s: float
+    severity: int
+    text: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +45,17 @@ class SubjectTelemetry:
 
 @dataclass(frozen=True, slots=True)
 class LinkTelemetry:
-    """A link. `up`: None: not known yet. `received`: frames, of MAVLink messages. `load`: 0 to 1, or NaN."""
+    """A link.
+
+    Attributes:
+        name: in the configuration.
+        up: None: not known yet.
+        detail: why it is down, or what is wrong with it, in a few words; empty where all is well.
+        received: frames; of MAVLink, readings.
+        drops: what was thrown away, and what was wrong with the bus, by cause.
+        load: share of the bit rate, 0 to 1; NaN where it is not known.
+        decode_errors: those of `drops` that its decoder threw away.
+    """
 
     name: str
     up: bool | None
@@ -39,6 +63,7 @@ class LinkTelemetry:
     received: int
     drops: Mapping[str, int]
     load: float
+    decode_errors: Mapping[str, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,8 +87,8 @@ class Telemetry:
         findings: so far, by level.
         drops: what was thrown away elsewhere than on a link, by stage, by cause.
         behind_s: how late the judging is.
-        latency_bounds_s, latency_counts: (N,) upper bounds and (N + 1,) counts of the time from a reading's stamp
-            to its outcome; the last count is of all beyond.
+        latency_bounds_s, latency_counts: (N,) upper bounds and (N + 1,) counts of the time from a sample's instant
+            until its judgement was told; the last count is of all beyond.
         latency_sum_s: of all of them.
         refits: by subject.
         recording: how recording goes, in words; empty: nothing is recorded.

@@ -10,9 +10,13 @@ from typing import Any
 
 from drivers.readings import OperatorAct
 from gateway.operator import MUTE_MAX_S
+from gateway.telemetry import Said, Telemetry
+from gateway.telemetry_table import table_of, telemetry_of
 
-LINE_MAX = 16_384  # bytes
-STATUS = "status"
+LINE_MAX = 16_384  # bytes of a request
+ANSWER_MAX = 4_194_304  # bytes
+STATUS, WATCH = "status", "watch"
+QUESTIONS = (STATUS, WATCH)
 ACTS: Mapping[str, OperatorAct] = {act.name.lower(): act for act in OperatorAct}
 
 
@@ -21,8 +25,8 @@ class Request:
     """What the operator wants.
 
     Attributes:
-        ask: "status", or one of `ACTS`.
-        subjects: as the findings call them, or "all"; of "status" none.
+        ask: "status", "watch", or one of `ACTS`.
+        subjects: as the findings call them, or "all"; of "status" and "watch" none.
         duration_s: for how long ("mute"); 0 = as long as is usual.
 
     Raises:
@@ -34,10 +38,11 @@ class Request:
     duration_s: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.ask != STATUS and self.ask not in ACTS:
-            raise ValueError(f"ask = {self.ask!r}: want one of {', '.join((STATUS, *ACTS))}")
-        if (self.ask == STATUS) == bool(self.subjects):
-            wanted = "goes without a subject: all are shown" if self.ask == STATUS else "wants a subject, or all"
+        asks = self.ask in QUESTIONS
+        if not asks and self.ask not in ACTS:
+            raise ValueError(f"ask = {self.ask!r}: want one of {', '.join((*QUESTIONS, *ACTS))}")
+        if asks == bool(self.subjects):
+            wanted = "goes without a subject: all are shown" if asks else "wants a subject, or all"
             raise ValueError(f"{self.ask} {wanted}")
         if not (isfinite(self.duration_s) and 0.0 <= self.duration_s <= MUTE_MAX_S):
             raise ValueError(f"duration_s = {self.duration_s}: want 0 to {MUTE_MAX_S:.0f} s")
@@ -68,21 +73,6 @@ class Request:
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
-    """A text that the pilot was told.
-
-    Attributes:
-        age_s: how long ago.
-        severity: MAV_SEVERITY.
-        text: as he read it.
-    """
-
-    age_s: float
-    severity: int
-    text: str
-
-
-@dataclass(frozen=True, slots=True)
 class Answer:
     """What the gateway answers.
 
@@ -91,17 +81,20 @@ class Answer:
         lines: what was done, or why not.
         levels: of "status": the level of every subject.
         texts: of "status": the newest texts, the last one last.
+        telemetry: of "watch".
     """
 
     ok: bool
     lines: tuple[str, ...] = ()
     levels: Mapping[str, str] = field(default_factory=dict)
     texts: tuple[Said, ...] = ()
+    telemetry: Telemetry | None = None
 
     def line(self) -> bytes:
         """For the socket."""
         texts = [{"age_s": one.age_s, "severity": one.severity, "text": one.text} for one in self.texts]
-        return _line({"ok": self.ok, "lines": list(self.lines), "levels": dict(self.levels), "texts": texts})
+        table = {"ok": self.ok, "lines": list(self.lines), "levels": dict(self.levels), "texts": texts}
+        return _line(table if self.telemetry is None else {**table, "telemetry": table_of(self.telemetry)})
 
     @classmethod
     def parse(cls, line: bytes) -> Answer:
@@ -117,6 +110,7 @@ class Answer:
                 lines=tuple(map(str, table["lines"])),
                 levels={str(subject): str(level) for subject, level in table["levels"].items()},
                 texts=tuple(Said(float(o["age_s"]), int(o["severity"]), str(o["text"])) for o in table["texts"]),
+                telemetry=telemetry_of(table["telemetry"]) if "telemetry" in table else None,
             )
         except (LookupError, TypeError, AttributeError, OverflowError) as error:
             raise ValueError(f"no answer of a gateway: {error!r}") from error
