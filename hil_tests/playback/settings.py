@@ -89,6 +89,7 @@ def write_config(
         "state": "vehicle.state",
         "control": "gateway.sock",
     }
+    tables.setdefault("recording", {"enabled": False})  # the play records itself, see `Recorder`
     for stale in (FINDINGS, "vehicle.state"):
         (folder / stale).unlink(missing_ok=True)
     (folder / CONFIG).write_text(_toml(tables), encoding="utf-8")
