@@ -8,11 +8,11 @@ from operator import attrgetter
 
 from gateway.outlet import NOTES
 from gateway.plotting.clock import clock
+from gateway.report.subjects import calm_subjects
 from hil_tests.report.commands import acts, told
 from hil_tests.report.expectations import checks
 from hil_tests.report.modes import stretches
 from hil_tests.report.outcome import Outcome
-from hil_tests.report.subjects import calm_subjects
 from hil_tests.report.wanted import severity_name
 from hil_tests.report.windows import since_start_s
 
@@ -79,7 +79,7 @@ def _happenings(outcome: Outcome) -> Iterator[Line]:
             yield Line(fault.until_s, "fault", "", f"{fault.words} ends")
     for stretch in stretches(outcome):
         yield Line(stretch.from_s, "mode", "", stretch.words)
-    calm = calm_subjects(outcome)
+    calm = calm_subjects(outcome.findings)
     for finding in outcome.findings:
         since_s, words = since_start_s(outcome, finding.time_s), f"{finding.subject}: {finding.text}"
         is_calm = finding.detector not in NOTES and finding.subject in calm

@@ -13,6 +13,7 @@ from itertools import pairwise
 from detectors.verdict import Level
 from gateway.findings import Finding
 from gateway.plotting.clock import clock
+from gateway.report.subjects import DETECTORS, by_subject, calm_subjects
 from gateway.severity import Severity
 from hil_tests.report.check import Check
 from hil_tests.report.commands import acts, told
@@ -29,7 +30,6 @@ from hil_tests.report.drawing import (
 )
 from hil_tests.report.modes import stretches
 from hil_tests.report.outcome import Outcome
-from hil_tests.report.subjects import DETECTORS, by_subject, calm_subjects
 from hil_tests.report.wanted import severity_name
 from hil_tests.report.windows import since_start_s
 from hil_tests.scenario.fault import Fault
@@ -120,8 +120,8 @@ def _lanes(outcome: Outcome, checks: Sequence[Check]) -> Iterator[Lane]:
         for one in outcome.texts
     ]
     yield Lane("STATUSTEXT", [_markers(texts, "triangle-down", 11)])
-    calm = calm_subjects(outcome)
-    for subject, found in by_subject(outcome).items():
+    calm = calm_subjects(outcome.findings)
+    for subject, found in by_subject(outcome.findings).items():
         if subject not in calm or found[0].detector in DETECTORS:
             yield Lane(subject, [_bars(_levels(outcome, found))])
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from detectors.verdict import Level
-from hil_tests.report.subjects import by_subject, calm_subjects
+from gateway.report.subjects import by_subject, calm_subjects
 from hil_tests.report.tests.plays import finding, play
 
 
@@ -20,7 +20,7 @@ def test_the_worst_first_then_detectors_in_their_order() -> None:
         finding(6.0, Level.FAULT, "thruster 3"),
     ]
     outcome = play(findings=found)
-    subjects = by_subject(outcome)
+    subjects = by_subject(outcome.findings)
     assert list(subjects) == [
         "thruster 3",
         "link mavlink",
@@ -32,4 +32,4 @@ def test_the_worst_first_then_detectors_in_their_order() -> None:
     ]
     assert [one.level for one in subjects["thruster 3"]] == [Level.FAULT, Level.NORMAL]
     assert [one.level for one in subjects["vehicle"]] == [Level.NORMAL]
-    assert calm_subjects(outcome) == {"link can0", "thruster 2", "thruster 10", "vehicle", "dvl"}
+    assert calm_subjects(outcome.findings) == {"link can0", "thruster 2", "thruster 10", "vehicle", "dvl"}

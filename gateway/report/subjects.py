@@ -1,31 +1,30 @@
-"""What findings are about: the subjects of a play, the worst first, and those that were well all along."""
+"""What findings are about: the subjects of a dive, the worst first, and those that were well all along."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from detectors.verdict import Level
 from gateway.findings import Finding
 from gateway.outlet import NOTES
-from hil_tests.report.outcome import Outcome
 
 # Of these, one also wants to see that they were well; of links and signals, only if they were not.
 DETECTORS = ("thruster", "speed", "navigation")
 
 
-def by_subject(outcome: Outcome) -> Mapping[str, Sequence[Finding]]:
+def by_subject(findings: Iterable[Finding]) -> Mapping[str, Sequence[Finding]]:
     """Findings of detectors and watches by subject, each in order of time; the worst subjects come first."""
     found: dict[str, list[Finding]] = {}
-    for one in sorted(outcome.findings, key=lambda one: one.time_s):
+    for one in sorted(findings, key=lambda one: one.time_s):
         if one.detector not in NOTES:
             found.setdefault(one.subject, []).append(one)
     return dict(sorted(found.items(), key=_rank))
 
 
-def calm_subjects(outcome: Outcome) -> frozenset[str]:
+def calm_subjects(findings: Iterable[Finding]) -> frozenset[str]:
     """Those that were never worse than NORMAL."""
-    return frozenset(subject for subject, found in by_subject(outcome).items() if _worst(found) <= Level.NORMAL)
+    return frozenset(subject for subject, found in by_subject(findings).items() if _worst(found) <= Level.NORMAL)
 
 
 def _worst(found: Sequence[Finding]) -> Level:
