@@ -54,10 +54,10 @@ from gateway.sensor_watch import NavigationFactory
 from gateway.silence import AUTOPILOT
 from gateway.speed_channel import SpeedChannel, SpeedFactory
 from gateway.stretches.judging import judge_stretch
-from gateway.stretches.parts import Parts
+from gateway.stretches.parts import Parts, Seen
 from gateway.stretches.stretch import BlockArrival, Stretch
 from gateway.supervisor import Memory, Outgoing
-from gateway.thruster_channel import ThrusterChannel, ThrusterFactory
+from gateway.thruster_channel import JudgedColumns, ThrusterChannel, ThrusterCurves, ThrusterFactory
 from gateway.timeline import Timeline
 
 Outcome = Judgement | Outgoing | CommandAck | NamedValue
@@ -101,6 +101,10 @@ Judge = Callable[[Channel[Any]], object]
 _Step = Callable[[], Iterable[Outcome]]
 # The channels that a reading went to, and what it did there
 _Taken = tuple[tuple[Channel[Any], Aligned], ...]
+
+
+def _unseen(_: JudgedColumns | Judgement) -> None:
+    """Nobody looks at the judgements."""
 
 
 class Pipeline:
@@ -164,39 +168,51 @@ class Pipeline:
         """Takes the time, for what is found by nothing happening. No reading should come that is older."""
         return self.take([Now(time_s)])
 
-    def take(self, events: Iterable[Event]) -> list[Outcome]:
-        """Takes events in the order in which they happened; the outcomes are in that order too."""
-        return [outcome for batch in _batches(events) for outcome in self._taken(batch)]
+    def take(self, events: Iterable[Event], seen: Seen = _unseen) -> list[Outcome]:
+        """Takes events in the order in which they happened; the outcomes are in that order too.
 
-    def _taken(self, events: Iterable[Event]) -> list[Outcome]:
-        steps = [step for event in events for step in self._prepared(event)]
+        `seen` is shown every judgement, each once, those of a subject in their order.
+        """
+        return [outcome for batch in _batches(events) for outcome in self._taken(batch, seen)]
+
+    def _taken(self, events: Iterable[Event], seen: Seen) -> list[Outcome]:
+        steps = [step for event in events for step in self._prepared(event, seen)]
         for channel in self._channels.values():
             self._judge(channel)
         return [outcome for step in steps for outcome in step()]
 
-    def take_stretch(self, arrivals: Sequence[BlockArrival]) -> list[Outcome]:
+    def take_stretch(self, arrivals: Sequence[BlockArrival], seen: Seen = _unseen) -> list[Outcome]:
         """Takes readings of several links over the same stretch of time, as columns: a hundred times as fast.
 
         They are in the order of their times, those of one link in the order of their rows; no stretch should begin
         before the one before ends. The findings are those of the same readings one by one. Values for ground stations
-        to plot are not given, and of the judgements only some.
+        to plot are not given, and of the judgements only some: `seen` is shown all, as in `take`.
         """
         stretch = Stretch.of(arrivals)
         accepted = any(_accepts(reading) for _, _, reading in stretch.others)
         if accepted or not self._timeline.passes(stretch.time_s):
-            return self.take([Arrival(link, [reading]) for _, link, reading in stretch.readings()])
+            return self.take([Arrival(link, [reading]) for _, link, reading in stretch.readings()], seen)
         parts = Parts(
             timeline=self._timeline,
             silence=self._silence,
             supervisor=self._supervisor,
             channels=tuple(self._channels.values()),
             routes=self._routes,
-            hear=self._hear,
+            hear=partial(self._hear, seen),
             judged=self._judged,
             tick=self._tick,
             drops=self._drops,
+            seen=seen,
         )
         return list(judge_stretch(stretch, parts))
+
+    def curves(self) -> dict[int, ThrusterCurves]:
+        """What is known of the thrusters by now, by their numbers."""
+        return {
+            channel.number: channel.curves()
+            for channel in self._channels.values()
+            if isinstance(channel, ThrusterChannel)
+        }
 
     def accept(self, subject: str, time_s: float) -> list[Outcome]:
         """The operator says that a subject is well as it is: how it is now is its reference from now on.
@@ -246,7 +262,7 @@ class Pipeline:
             raise ValueError(f"snapshot holds a {type(pipeline).__name__}: want a Pipeline's own snapshot")
         return pipeline
 
-    def _prepared(self, event: Event) -> Iterator[_Step]:
+    def _prepared(self, event: Event, seen: Seen) -> Iterator[_Step]:
         """Passes an event through timeline and alignment; its steps are for when the detectors have judged."""
         if isinstance(event, Now):
             if self._timeline.admits(event.time_s):
@@ -255,7 +271,7 @@ class Pipeline:
         for reading in event.readings:
             if self._timeline.admits(reading.time_s):
                 yield self._time(reading.time_s)
-                yield partial(self._hear, event.link, reading, self._align(event.link, reading))
+                yield partial(self._hear, seen, event.link, reading, self._align(event.link, reading))
 
     def _time(self, time_s: float) -> _Step:
         """The ticks up to a time, of which those that nobody was there for are no silence."""
@@ -283,7 +299,7 @@ class Pipeline:
             yield from self._supervisor.observe(heard)
         yield from self._supervisor.advance(tick_s)
 
-    def _hear(self, link: str, reading: Reading, taken: _Taken) -> Iterator[Outcome]:
+    def _hear(self, seen: Seen, link: str, reading: Reading, taken: _Taken) -> Iterator[Outcome]:
         if isinstance(reading, LinkState):
             self._silence.link_state(reading)
             return
@@ -292,6 +308,7 @@ class Pipeline:
             if signal is not None:
                 self._silence.hear_signal(signal, reading.time_s, rare)
             for judgement in channel.judgements(samples):
+                seen(judgement)
                 self._plots.take(channel.subject, judgement)
                 yield from self._judged(judgement)
         if isinstance(reading, BusReading):

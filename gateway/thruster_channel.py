@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from detectors.thruster import ThrusterConfig, ThrusterSample, ThrusterVerdict
+from detectors.thruster import LearntCurve, ThrusterConfig, ThrusterSample, ThrusterVerdict, ThrusterVerdicts
 from detectors.thruster.wear import CommissionedCurve
 from drivers.reading_block import CommandColumns, ReportColumns
 from drivers.readings import Reading, ThrusterCommand, ThrusterReport
@@ -25,11 +25,16 @@ from gateway.silence import Watched
 
 
 class Verdicts(Protocol):
-    """Verdicts of a block of samples. `level`: (N,) of `Level`."""
+    """Verdicts of a block of samples, as columns (N,); see `ThrusterVerdict`."""
 
     @property
     def level(self) -> NDArray[np.int64]:
-        """One for each sample."""
+        """Of `Level`."""
+        ...
+
+    @property
+    def whole(self) -> ThrusterVerdicts:
+        """All that they say."""
         ...
 
     def row(self, index: int) -> ThrusterVerdict:
@@ -64,12 +69,25 @@ class JudgedColumns:
         return ThrusterJudgement(self.thruster, sample, self.verdicts.row(row))
 
 
+@dataclass(frozen=True, slots=True)
+class ThrusterCurves:
+    """Steady speed over command: as learnt by now, and as wear is measured against; None: there is none."""
+
+    learnt: LearntCurve | None
+    commissioned: CommissionedCurve | None
+
+
 class Detector(Protocol):
     """What the pipeline needs of a thruster detector."""
 
     @property
     def commissioned(self) -> CommissionedCurve | None:
         """The curve that wear is measured against."""
+        ...
+
+    @property
+    def learnt(self) -> LearntCurve | None:
+        """The steady curve as it is learnt by now."""
         ...
 
     def update(self, sample: ThrusterSample) -> ThrusterVerdict:
@@ -110,12 +128,15 @@ class ThrusterChannel(Channel[ThrusterSample]):
         thruster: which one.
         config: settings of alignment and detector.
         make: makes the detector.
+
+    Attributes:
+        number: of the thruster.
     """
 
     def __init__(self, thruster: Thruster, config: Config, make: ThrusterFactory) -> None:
         align, number = config.alignment(thruster), thruster.number
         super().__init__(f"thruster {number}", _sources(thruster), _signals(thruster, config.supervisor.silent_s))
-        self._number = number
+        self.number = number
         self._command_signal, self._rpm_signal, esc = (f"thruster {number} {what}" for what in SIGNALS)
         self._esc_signal = esc if thruster.rpm.rpm_sensor is None else None
         streamed = thruster.command.link == MAVLINK
@@ -140,7 +161,7 @@ class ThrusterChannel(Channel[ThrusterSample]):
         if samples is None:
             return None
         columns = (samples.time_s, samples.command, samples.speed_rpm, samples.voltage_v, samples.current_a)
-        return JudgedColumns(self._number, samples, self._detector.run(*columns))
+        return JudgedColumns(self.number, samples, self._detector.run(*columns))
 
     def signal_of(self, kind: type[Reading], measured: bool) -> str | None:
         """The watched signal that a reading belongs to; `measured`: it has a speed."""
@@ -151,6 +172,10 @@ class ThrusterChannel(Channel[ThrusterSample]):
     def accept(self) -> None:
         """The present curve is the commissioned one from now on."""
         self._detector.accept()
+
+    def curves(self) -> ThrusterCurves:
+        """What the detector knows of the thruster by now."""
+        return ThrusterCurves(self._detector.learnt, self._detector.commissioned)
 
     def drops(self) -> Counter[str]:
         """What alignment refused, by cause."""
@@ -188,7 +213,7 @@ class ThrusterChannel(Channel[ThrusterSample]):
 
     def _judge(self, samples: Sequence[ThrusterSample]) -> Iterator[ThrusterJudgement]:
         for sample, verdict in zip(samples, verdicts(self._detector, samples), strict=True):
-            yield ThrusterJudgement(self._number, sample, verdict)
+            yield ThrusterJudgement(self.number, sample, verdict)
 
 
 def verdicts(detector: Detector, samples: Sequence[ThrusterSample]) -> list[ThrusterVerdict]:

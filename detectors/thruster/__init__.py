@@ -2,12 +2,14 @@
 
 from detectors.thruster.config import ThrusterConfig
 from detectors.thruster.detector import ThrusterDetector, ThrusterVerdicts
+from detectors.thruster.learnt import LearntCurve
 from detectors.thruster.sample import FaultKind, ThrusterSample, ThrusterVerdict
 from detectors.thruster.wear import CommissionedCurve
 
 __all__ = [
     "CommissionedCurve",
     "FaultKind",
+    "LearntCurve",
     "ThrusterConfig",
     "ThrusterDetector",
     "ThrusterSample",

@@ -25,6 +25,7 @@ from detectors.thruster.evidence import NEWEST, REACH
 from detectors.thruster.history import COMMAND, ROWS, SPEED, TRUSTED, History
 from detectors.thruster.identification import learn, learnt_range
 from detectors.thruster.judgement import Judgement
+from detectors.thruster.learnt import LearntCurve, curve_of_model
 from detectors.thruster.model import NEAR_NEUTRAL, ThrusterModel
 from detectors.thruster.sample import FaultKind
 from detectors.thruster.schedule import Schedule
@@ -75,6 +76,11 @@ class AdaptiveMethod:
         self._gain_error = 0.0
         self._largest = np.zeros((3, len(NEWEST)))  # statistic of healthy samples: so far, last interval, this one
         self._wear = nan
+
+    @property
+    def learnt(self) -> LearntCurve | None:
+        """The present steady curve; None while there is no model."""
+        return None if self.model is None else curve_of_model(self.model)
 
     def judge(self, block: FloatArray) -> Iterator[Judgement]:
         """As `Method.judge`."""

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from detectors.thruster.adaptive import AdaptiveMethod
 from detectors.thruster.config import ThrusterConfig
 from detectors.thruster.judgement import Judgement, Method
+from detectors.thruster.learnt import LearntCurve
 from detectors.thruster.published import PublishedMethod
 from detectors.thruster.sample import FaultKind, ThrusterSample, ThrusterVerdict
 from detectors.thruster.wear import CommissionedCurve
@@ -51,6 +52,11 @@ class ThrusterVerdicts:
 
     def __len__(self) -> int:
         return len(self.time_s)
+
+    @property
+    def whole(self) -> ThrusterVerdicts:
+        """All of them: these, where others are still waited for."""
+        return self
 
     @classmethod
     def blank(cls, samples: int) -> ThrusterVerdicts:
@@ -93,6 +99,11 @@ class ThrusterDetector:
     def commissioned(self) -> CommissionedCurve | None:
         """The curve that wear is measured against; None while there is none."""
         return self._method.commissioned
+
+    @property
+    def learnt(self) -> LearntCurve | None:
+        """The steady curve as it is learnt by now; None while there is none."""
+        return self._method.learnt
 
     def accept(self) -> None:
         """An operator's act: today's thruster is healthy. Its curve becomes the commissioned one, a fault is over."""

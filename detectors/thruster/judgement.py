@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from detectors.thruster.learnt import LearntCurve
 from detectors.thruster.wear import CommissionedCurve
 
 FloatArray = NDArray[np.float64]
@@ -43,6 +44,10 @@ class Method(Protocol):
     """A way to detect faults. Picklable between calls, and then goes on bit for bit."""
 
     commissioned: CommissionedCurve | None
+
+    @property
+    def learnt(self) -> LearntCurve | None:
+        """The present steady curve; None while there is no model."""
 
     def judge(self, block: FloatArray) -> Iterator[Judgement]:
         """Judge (5, N) samples: time, command, speed, voltage, current (NaN: not measured); in order of time.

@@ -101,13 +101,26 @@ class ThrusterModel:
         speed = combine(self.response.coefficients[None, :], self.basis.columns(command))[0]
         return np.asarray(speed * self.top_rpm)
 
+    def deviation_rpm(self, command: FloatArray) -> FloatArray:
+        """(N,) standard deviation of the curve at (N,) commands."""
+        return np.asarray(self._deviation(self.basis.columns(command)) * self.top_rpm)
+
+    def _deviation(self, columns: FloatArray) -> FloatArray:
+        deviation: FloatArray = np.sqrt((combine(self.whitener[:, :-1], columns) ** 2).sum(axis=0))
+        return deviation
+
     def doubt(self, command: FloatArray) -> FloatArray:
         """(N,) standard deviation of the curve over its speed at (N,) commands; infinite where the speed is 0."""
         columns = self.basis.columns(command)
-        deviation: FloatArray = np.sqrt((combine(self.whitener[:, :-1], columns) ** 2).sum(axis=0))
+        deviation = self._deviation(columns)
         speed = np.abs(combine(self.response.coefficients[None, :], columns)[0])
         relative: FloatArray = np.divide(deviation, speed, out=np.full_like(speed, np.inf), where=speed > 0.0)
         return relative
+
+    def learnt_commands(self, points: int) -> FloatArray:
+        """(N,) commands across what was learnt astern and ahead, increasing: so many of each direction."""
+        astern, ahead = _spread(self.learnt_astern, points), _spread(self.learnt_ahead, points)
+        return np.concatenate([-astern[::-1], ahead]) + self.basis.neutral
 
     def knows(self, command: FloatArray) -> NDArray[np.bool_]:
         """(N,) whether each command lies among those that were learnt; neutral always does."""
@@ -117,3 +130,11 @@ class ThrusterModel:
         low = np.where(low <= NEAR_NEUTRAL * self.basis.scale, 0.0, low * (1.0 - NEXT_TO))
         high = np.where(relative < 0.0, self.learnt_astern[1], self.learnt_ahead[1]) * (1.0 + NEXT_TO)
         return np.asarray((relative == 0.0) | ((magnitude >= low) & (magnitude <= high)))
+
+
+def _spread(learnt: tuple[float, float], points: int) -> FloatArray:
+    """Magnitudes of command from the least to the greatest; none where none was learnt."""
+    low, high = learnt
+    if high < low:
+        return np.empty(0)
+    return np.linspace(low, high, points) if high > low else np.array([low])

@@ -129,6 +129,11 @@ class OnlinePolynomial(_Rule):
     _beyond = 0  # successive samples whose newly built model did not mend the residual
     _since_s = nan  # time of the first of them
 
+    @property
+    def model(self) -> OnlineModel | None:
+        """In use now; None while warming up."""
+        return self._model
+
     def _judge_sample(self, sample: ThrusterSample) -> PaperStep:
         forecast = self._judge(sample, self._model) if self._model else None
         if self._model and forecast and forecast.within and forecast.covered and not self._beyond:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from detectors.thruster.config import ThrusterConfig
 from detectors.thruster.judgement import Judgement
+from detectors.thruster.learnt import LearntCurve, curve_of_polynomial
 from detectors.thruster.paper import OnlinePolynomial
 from detectors.thruster.sample import FaultKind, ThrusterSample
 from detectors.thruster.wear import CommissionedCurve
@@ -42,6 +43,12 @@ class PublishedMethod:
             threshold_rpm=config.threshold_rpm,
             seed=config.seed,
         )
+
+    @property
+    def learnt(self) -> LearntCurve | None:
+        """The present steady curve; None while there is no model."""
+        model = self._rule.model
+        return None if model is None else curve_of_polynomial(model)
 
     def judge(self, block: FloatArray) -> Iterator[Judgement]:
         """As `Method.judge`."""

@@ -52,8 +52,7 @@ def commission(model: ThrusterModel, earlier: CommissionedCurve | None = None) -
 
     Only what the model is sure of is commissioned; the earlier curve stays if there is nothing.
     """
-    relative = np.concatenate([_points(model.learnt_astern, -1.0)[::-1], _points(model.learnt_ahead, 1.0)])
-    command = relative + model.basis.neutral
+    command = model.learnt_commands(POINTS)
     healthy = 1.0
     if earlier is not None:
         drift = wear(model, earlier)
@@ -64,13 +63,6 @@ def commission(model: ThrusterModel, earlier: CommissionedCurve | None = None) -
     command = command[sure]
     speed_rpm = model.speed_rpm(command) / healthy
     return CommissionedCurve(tuple(command.tolist()), tuple(speed_rpm.tolist()), model.supply_v)
-
-
-def _points(learnt: tuple[float, float], side: float) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    low, high = learnt
-    if high < low:
-        return np.empty(0)
-    return side * (np.linspace(low, high, POINTS) if high > low else np.array([low]))
 
 
 def wider(model: ThrusterModel, curve: CommissionedCurve) -> bool:

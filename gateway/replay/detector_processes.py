@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from threadpoolctl import threadpool_limits
 
-from detectors.thruster import ThrusterConfig, ThrusterDetector, ThrusterSample, ThrusterVerdict
+from detectors.thruster import LearntCurve, ThrusterConfig, ThrusterDetector, ThrusterSample, ThrusterVerdict
 from detectors.thruster.detector import ThrusterVerdicts
 from detectors.thruster.wear import CommissionedCurve
 from gateway.process_signals import sigint_blocked
@@ -68,6 +68,10 @@ def _run(detectors: dict[int, ThrusterDetector], key: int, columns: tuple[Any, .
 
 def _commissioned(detectors: dict[int, ThrusterDetector], key: int) -> CommissionedCurve | None:
     return detectors[key].commissioned
+
+
+def _learnt(detectors: dict[int, ThrusterDetector], key: int) -> LearntCurve | None:
+    return detectors[key].learnt
 
 
 def _accept(detectors: dict[int, ThrusterDetector], key: int) -> None:
@@ -143,14 +147,15 @@ class _Verdicts:
     @property
     def level(self) -> NDArray[np.int64]:
         """(N,) of `Level`."""
-        return self._whole.level
+        return self.whole.level
 
     def row(self, index: int) -> ThrusterVerdict:
         """One of them."""
-        return self._whole.row(index)
+        return self.whole.row(index)
 
     @property
-    def _whole(self) -> ThrusterVerdicts:
+    def whole(self) -> ThrusterVerdicts:
+        """All of them."""
         value: ThrusterVerdicts = self._answer.value()
         return value
 
@@ -168,6 +173,12 @@ class _Detector:
     def commissioned(self) -> CommissionedCurve | None:
         """The curve that wear is measured against."""
         curve: CommissionedCurve | None = self._worker.ask(partial(_commissioned, key=self._key)).value()
+        return curve
+
+    @property
+    def learnt(self) -> LearntCurve | None:
+        """The steady curve as it is learnt by now."""
+        curve: LearntCurve | None = self._worker.ask(partial(_learnt, key=self._key)).value()
         return curve
 
     def update(self, sample: ThrusterSample) -> ThrusterVerdict:

@@ -35,6 +35,8 @@ def judge_stretch(stretch: Stretch, parts: Parts) -> Iterator[Any]:
     judged, singles = aligned_stretch(stretch, parts)
     # it waits for the detectors, which may be in other processes
     tracks = [_Track(channel, columns, rank, interval[rank]) for channel, columns, rank in judged]
+    for _, columns, _ in judged:
+        parts.seen(columns)
     schedule: defaultdict[int, list[Happening]] = defaultdict(list)
     tracked = {track.subject for track in tracks}
     for rank, act in (*singles, *hearings(stretch, parts, interval, tracked)):

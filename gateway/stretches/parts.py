@@ -14,12 +14,14 @@ from drivers.readings import Reading
 from gateway.channel import Aligned, Channel, Judgement, Source
 from gateway.silence import SilenceWatch
 from gateway.supervisor import Supervisor
+from gateway.thruster_channel import JudgedColumns
 from gateway.timeline import Timeline
 
 IndexArray: TypeAlias = NDArray[np.intp]
 FloatArray: TypeAlias = NDArray[np.float64]
 Taken: TypeAlias = tuple[tuple[Channel[Any], Aligned], ...]
 Said: TypeAlias = Iterable[Any]
+Seen: TypeAlias = Callable[[JudgedColumns | Judgement], object]  # is shown what detectors say, each judgement once
 Happening: TypeAlias = tuple[int, Callable[[], Said]]  # rank of the reading, what then happens
 
 
@@ -31,6 +33,7 @@ class Parts:
         timeline, silence, supervisor: see there.
         channels: all of them; routes: those of each source, in the same order.
         hear: takes a reading, and what it did to the channels; judged: a judgement; tick: the time of a tick.
+        seen: is shown every judgement, before anything comes of it.
         drops: counted here by cause.
     """
 
@@ -43,3 +46,4 @@ class Parts:
     judged: Callable[[Judgement], Said]
     tick: Callable[[float], Said]
     drops: Counter[str]
+    seen: Seen

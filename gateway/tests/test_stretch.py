@@ -12,11 +12,13 @@ import pytest
 
 from drivers.reading_block import CommandColumns, ReadingBlock, ReportColumns
 from drivers.readings import Attitude, AutopilotHeartbeat, LocalPosition, ThrusterCommand, ThrusterReport
+from gateway.channel import Judgement
 from gateway.config import Config, parse
 from gateway.findings import Finding
 from gateway.pipeline import Arrival, Factories, Pipeline
 from gateway.stretches.stretch import BlockArrival, Stretch
 from gateway.tests.conftest import FULL_RPM, TWO_THRUSTERS, GroundSpeedDetector, ThresholdDetector
+from gateway.thruster_channel import JudgedColumns
 
 START_S = 1.7e9
 RATE_HZ = 50
@@ -113,19 +115,38 @@ def outcome(pipeline: Pipeline, outcomes: list) -> tuple:
     return lines, pipeline.levels(), pipeline.drops()
 
 
+class Seen:
+    """Time, level and score of every judgement that is shown, by whom it is of."""
+
+    def __init__(self) -> None:
+        self.judgements: defaultdict[object, list[tuple]] = defaultdict(list)
+
+    def __call__(self, shown: JudgedColumns | Judgement) -> None:
+        if isinstance(shown, JudgedColumns):
+            for row in range(len(shown.samples.time_s)):
+                self(shown.judgement(row))
+        else:
+            said = shown.verdict
+            key = getattr(shown, "thruster", type(shown))
+            self.judgements[key].append((shown.sample.time_s, said.level, round(said.score, 12)))
+
+
 def compare(config: Config, by_link: dict[str, list], length_s: float, factories: Factories) -> tuple:
     quiet = replace(config, mavlink=config.mavlink.model_copy(update={"named_values_period_s": 0.0}))
     slow, fast = Pipeline(quiet, factories), Pipeline(quiet, factories)
     singles, blocks = [], []
+    seen_slow, seen_fast = Seen(), Seen()
     for arrivals in stretches(by_link, length_s):
         for _, link, reading in Stretch.of(arrivals).readings():
-            singles += slow.take([Arrival(link, [reading])])
-        blocks += fast.take_stretch(arrivals)
+            singles += slow.take([Arrival(link, [reading])], seen_slow)
+        blocks += fast.take_stretch(arrivals, seen_fast)
     assert outcome(fast, blocks) == outcome(slow, singles)
     assert [one for one in blocks if not hasattr(one, "verdict")] == [
         one for one in singles if not hasattr(one, "verdict")
     ]
     assert repr(fast.newest) == repr(slow.newest)  # a NaN is no other NaN
+    assert seen_fast.judgements == seen_slow.judgements
+    assert sum(map(len, seen_slow.judgements.values())) == sum(hasattr(one, "verdict") for one in singles)
     return outcome(slow, singles)
 
 
