@@ -335,6 +335,13 @@ class Lateness:
     lost: int
 
 
+@dataclass(frozen=True, slots=True)
+class OwnClock:
+    """It is so late, and nothing else is told: silence shows by that. Of a recording; live, the pipeline is told."""
+
+    time_s: float
+
+
 Reading = (
     ThrusterCommand
     | ThrusterReport
@@ -356,5 +363,6 @@ Reading = (
     | BusLoad
     | FrameLoss
     | Lateness
+    | OwnClock
     | BusReading
 )

@@ -53,14 +53,26 @@ class Timeline:
         return True
 
     def passes(self, times_s: NDArray[np.float64]) -> bool:
-        """Whether these times (N,) go on from the last one in order and without a break: all of them are believed."""
+        """Whether these times (N,) go on from the last one without a break: all of them are believed.
+
+        They need not be in order: over different links, and to different clocks, readings take different times.
+        """
         if not len(times_s):
             return True
+        if not is_time(float(np.abs(times_s).max())):  # of a NaN, too
+            return False
         if self._newest_s is None:
             self.admits(float(times_s[0]))
-        newest_s = math.inf if self._newest_s is None else self._newest_s
-        steps_s = np.diff(times_s, prepend=newest_s)
-        return bool(((steps_s >= 0.0) & (steps_s <= STILL_S)).all()) and is_time(float(times_s[-1]))
+        newest_s = times_s[0] if self._newest_s is None else self._newest_s
+        steps_s = times_s - np.maximum.accumulate(np.append(newest_s, times_s[:-1]))
+        if steps_s.min() < -JUMP_S or steps_s.max() > STILL_S:
+            return False
+        self._far_count = 0
+        return True
+
+    def reach(self, time_s: float) -> None:
+        """Takes an admitted time up to which all ticks were given out."""
+        self._newest_s = time_s if self._newest_s is None else max(self._newest_s, time_s)
 
     def stands_still(self, time_s: float) -> bool:
         """Whether nothing at all has happened before an admitted time for so long that nobody was there to see it."""
@@ -68,7 +80,7 @@ class Timeline:
 
     def ticks(self, time_s: float) -> Iterator[float]:
         """The ticks up to an admitted time that have not been given out yet, at most 6000."""
-        self._newest_s = time_s if self._newest_s is None else max(self._newest_s, time_s)
+        self.reach(time_s)
         while self._next_tick <= time_s * TICKS_PER_S:
             self._next_tick += 1
             yield (self._next_tick - 1) / TICKS_PER_S

@@ -31,7 +31,8 @@ def judge_stretch(stretch: Stretch, parts: Parts) -> Iterator[Any]:
     Returns:
         What came of it. Of judgements, only those that may be news are among it.
     """
-    interval = np.floor(stretch.time_s * TICKS_PER_S).astype(np.int64)
+    reached_s = stretch.reached_s()  # a tick is due with the first reading behind it
+    interval = np.floor(reached_s * TICKS_PER_S).astype(np.int64)
     judged, singles = aligned_stretch(stretch, parts)
     # it waits for the detectors, which may be in other processes
     tracks = [_Track(channel, columns, rank, interval[rank]) for channel, columns, rank in judged]
@@ -44,12 +45,14 @@ def judge_stretch(stretch: Stretch, parts: Parts) -> Iterator[Any]:
     for track in tracks:
         track.look_ahead(parts.supervisor)
     for now, first in zip(*np.unique(interval, return_index=True), strict=True):
-        for tick_s in parts.timeline.ticks(float(stretch.time_s[first])):
+        for tick_s in parts.timeline.ticks(float(reached_s[first])):
             yield from parts.tick(tick_s)
         for act in _in_order(schedule.pop(int(now), []), tracks, int(now), parts):
             yield from act()
         for track in tracks:
             track.look_ahead(parts.supervisor)
+    if len(reached_s):
+        parts.timeline.reach(float(reached_s[-1]))
     for track in tracks:
         yield from track.last(parts)
 

@@ -24,10 +24,18 @@ _COMMAND, _REPORT, _OTHER = 0, 1, 2
 
 @dataclass(frozen=True, slots=True)
 class BlockArrival:
-    """Readings of one link over a stretch of time."""
+    """Readings of one link over a stretch of time.
+
+    Attributes:
+        link: its name.
+        readings: of it.
+        place: (rows,) ascending, the place of each row of `readings` among all of the stretch; equal places are in
+            the order of the arrivals. None: the order is that of time.
+    """
 
     link: str
     readings: ReadingBlock
+    place: NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +56,8 @@ class RankedColumns:
 
 @dataclass(frozen=True, slots=True)
 class Stretch:
-    """See the module's text. The order is that of time; within a link, that of its rows, whatever their times.
+    """See the module's text. The order is that of time, or that of places where the arrivals have them; within a
+    link, that of its rows, whatever their times.
 
     Attributes:
         time_s: (N,) of all readings, by rank.
@@ -66,12 +75,18 @@ class Stretch:
 
     @staticmethod
     def of(arrivals: Sequence[BlockArrival]) -> Stretch:
-        """The stretch of these readings: of several links, each at most once, over the same time."""
-        keys = [_keys(arrival.readings) for arrival in arrivals]
+        """The stretch of these readings: of several links, each at most once, over the same time.
+
+        Raises:
+            ValueError: some arrivals have places, and some have none.
+        """
+        if len({arrival.place is None for arrival in arrivals}) > 1:
+            raise ValueError("want places of all arrivals of a stretch, or of none")
+        keys = [_keys(arrival) for arrival in arrivals]
         sizes = [len(one.time_s) for one in keys]
-        due_s = np.concatenate([one.due_s for one in keys]) if keys else np.empty(0)
+        due = np.concatenate([one.due for one in keys]) if keys else np.empty(0)
         time_s = np.concatenate([one.time_s for one in keys]) if keys else np.empty(0)
-        order = np.argsort(due_s, kind="stable")  # links as given, and within them the order that they are in
+        order = np.argsort(due, kind="stable")  # links as given, and within them the order that they are in
         rank = np.empty(len(order), dtype=np.intp)
         rank[order] = np.arange(len(order))
         ranks = np.split(rank, np.cumsum(sizes)[:-1]) if keys else []
@@ -84,6 +99,10 @@ class Stretch:
             others=tuple(sorted((one for _, others in parts for one in others), key=itemgetter(0))),
         )
 
+    def reached_s(self) -> FloatArray:
+        """(N,) the newest time of all by then, by rank."""
+        return np.maximum.accumulate(self.time_s)
+
     def readings(self) -> list[tuple[int, str, Reading]]:
         """One by one, in their order: rank, link, reading."""
         several = [one for columns in self.columns for one in columns.readings()]
@@ -92,17 +111,18 @@ class Stretch:
 
 @dataclass(frozen=True, slots=True)
 class _Keys:
-    """Readings of a block in their order: `time_s`, and `due_s`, which is the same but never runs backwards.
+    """Readings of a block in their order: `time_s`, and `due`, which never runs backwards: time, or place.
 
     `place`: (N,) for each reading, as they stand one kind and thruster after the other, its place in that order.
     """
 
     time_s: FloatArray
-    due_s: FloatArray
+    due: FloatArray
     place: IndexArray
 
 
-def _keys(block: ReadingBlock) -> _Keys:
+def _keys(arrival: BlockArrival) -> _Keys:
+    block = arrival.readings
     several: list[Columns] = [*block.commands, *block.reports]
     kinds = [_COMMAND] * len(block.commands) + [_REPORT] * len(block.reports)
     sizes = [len(one.row) for one in several]
@@ -115,7 +135,8 @@ def _keys(block: ReadingBlock) -> _Keys:
     place = np.empty(len(order), dtype=np.intp)
     place[order] = np.arange(len(order))
     ordered_s = time_s[order]
-    return _Keys(ordered_s, np.fmax.accumulate(ordered_s) if len(order) else ordered_s, place)
+    due = np.fmax.accumulate(ordered_s) if arrival.place is None else arrival.place[row[order]]
+    return _Keys(ordered_s, due, place)
 
 
 def _ranked(
