@@ -128,12 +128,14 @@ class Channel(ABC, Generic[SampleT]):
         self._aligned += samples
         return Aligned(len(samples), signal, signal is not None and self._is_rare(signal))
 
-    def judge(self) -> None:
+    def judge(self) -> Sequence[Judgement]:
         """Judges all samples that were aligned since the last time."""
         samples, self._aligned = self._aligned, []
-        for judgement in self._judge(samples):
-            self.newest = judgement
-            self._judged.append(judgement)
+        judgements = list(self._judge(samples))
+        if judgements:
+            self.newest = judgements[-1]
+            self._judged += judgements
+        return judgements
 
     def judgements(self, samples: int) -> Iterator[Judgement]:
         """The oldest judgements that were not taken yet, one for each of as many samples."""
