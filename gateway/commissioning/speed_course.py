@@ -23,6 +23,8 @@ LEVEL_S = 15.0  # a level was driven for so long, altogether
 BLOCK_S = 2.0
 GAP_S = 20.0  # the way through a longer gap is not known
 SURGE_S = (0.3, 0.6, 1.2, 2.5, 5.0, 10.0)  # time constants that are tried
+# A hull slips sideways in a turn: at once, or after so long; a large ship's drift follows its rudder by half a minute
+SLIP_LAGS_S = (4.0, 16.0)
 UNITY = 1.0  # stands for the command where there is none
 
 
@@ -131,8 +133,9 @@ class Course:
     Attributes:
         time_s: (B,) of each.
         position_m: (B, 2) north, east.
-        ways: (B, S, 2, K + 2) from the position before, for each of `SURGE_S`: the way at 1 m/s at each level, that
-            to the right at full sideways thrust, and the turning to the right (see `detectors.speed.estimate.Step`).
+        ways: (B, S, 2, K + 4) from the position before, for each of `SURGE_S`: the way at 1 m/s at each level, that
+            to the right at full sideways thrust, and the turning to the right (see `detectors.speed.estimate.Step`),
+            at once and later.
         begins: (B,) nothing is known of the way to this one.
     """
 
@@ -143,11 +146,12 @@ class Course:
 
     @classmethod
     def of(cls, track: Track, levels: Levels) -> Course:
-        """Of one dive."""
+        """Of one dive; empty where it has no position."""
         passed, lost = _passed(track, levels)
         position_m = np.column_stack((track.north_m, track.east_m))
-        moved = np.append(True, (np.diff(position_m, axis=0) != 0.0).any(axis=1)) if len(position_m) else []
-        places = np.flatnonzero(moved)
+        if not len(position_m):
+            return cls(track.time_s, position_m, passed, np.empty(0, dtype=np.bool_))
+        places = np.flatnonzero(np.append(True, (np.diff(position_m, axis=0) != 0.0).any(axis=1)))
         firsts = _firsts(track.time_s[places], lost[places])
         counts = np.diff(np.append(firsts, len(places)))
 
@@ -155,14 +159,12 @@ class Course:
             total = np.add.reduceat(values[places], firsts, axis=0)
             return np.asarray(total / counts.reshape(-1, *[1] * (values.ndim - 1)))
 
-        if not len(places):
-            return cls(np.empty(0), np.empty((0, 2)), passed[:0], np.empty(0, dtype=np.bool_))
-        ways, lost_by = mean(passed), lost[places][firsts]
+        ways = mean(passed)
         return cls(
-            mean(track.time_s),
-            mean(position_m),
-            np.diff(ways, axis=0, prepend=ways[:1]),
-            np.append(True, np.diff(lost_by) != 0),
+            time_s=mean(track.time_s),
+            position_m=mean(position_m),
+            ways=np.diff(ways, axis=0, prepend=ways[:1]),
+            begins=np.append(True, np.diff(lost[places][firsts]) != 0),
         )
 
 
@@ -177,31 +179,40 @@ def _firsts(time_s: FloatArray, lost: NDArray[np.int64]) -> NDArray[np.intp]:
 
 
 def _passed(track: Track, levels: Levels) -> tuple[FloatArray, NDArray[np.int64]]:
-    """(N, S, 2, K + 2) ways since the beginning, and (N,) how often the way was lost until then."""
+    """(N, S, 2, K + 4) ways since the beginning, and (N,) how often the way was lost until then."""
     interval_s = track.interval_s
     turn_rad = np.remainder(np.diff(track.heading_rad, prepend=track.heading_rad[:1]) + np.pi, 2.0 * np.pi) - np.pi
     middle_rad = track.heading_rad - 0.5 * turn_rad
-    chord = np.sinc(0.5 * turn_rad / np.pi)
     broken = (interval_s > GAP_S) | ~np.isfinite(track.command)
+    turn_rad[broken] = 0.0
+    passed_s = np.where(broken, 0.0, interval_s)
     told = np.column_stack((levels.shares(np.nan_to_num(track.command)), track.sideways))
-    told[broken] = 0.0
-    followed_s = _followed(told, np.where(broken, 0.0, interval_s))  # (N, S, K + 1)
-    forward = np.column_stack((np.cos(middle_rad), np.sin(middle_rad)))
-    right = np.column_stack((-np.sin(middle_rad), np.cos(middle_rad)))
-    ahead = chord[:, None, None, None] * forward[:, None, :, None] * followed_s[:, :, None, :-1]
-    aside = chord[:, None, None, None] * right[:, None, :, None] * followed_s[:, :, None, -1:]
-    turned = np.broadcast_to((chord * turn_rad)[:, None, None, None] * right[:, None, :, None], aside.shape)
-    return np.cumsum(np.concatenate((ahead, aside, turned), axis=3), axis=0), np.cumsum(broken)
+    followed_s = _followed(told, passed_s, SURGE_S)  # (N, S, K + 1)
+    chord = np.sinc(0.5 * turn_rad / np.pi)[:, None]
+    forward = chord * np.column_stack((np.cos(middle_rad), np.sin(middle_rad)))
+    right = chord * np.column_stack((-np.sin(middle_rad), np.cos(middle_rad)))
+    turned = _turned(turn_rad, passed_s)
+    ahead = forward[:, None, :, None] * followed_s[:, :, None, :-1]
+    aside = right[:, None, :, None] * followed_s[:, :, None, -1:]
+    slipped = np.broadcast_to(right[:, None, :, None] * turned[:, None, None, :], (*aside.shape[:3], turned.shape[1]))
+    return np.cumsum(np.concatenate((ahead, aside, slipped), axis=3), axis=0), np.cumsum(broken)
 
 
-def _followed(told: FloatArray, interval_s: FloatArray) -> FloatArray:
-    """(N, S, C) integral over each interval of what was told (N, C), followed by a first-order lag (S of them)."""
-    surge_s = np.array(SURGE_S)[:, None]
-    found = np.zeros((len(told), len(SURGE_S), told.shape[1]))
+def _turned(turn_rad: FloatArray, interval_s: FloatArray) -> FloatArray:
+    """(N, 1 + L) turning (rad) in each interval, as it is and as a hull follows it."""
+    rate = np.divide(turn_rad, interval_s, out=np.zeros_like(turn_rad), where=interval_s > 0.0)
+    later = _followed(rate[:, None], interval_s, SLIP_LAGS_S)[..., 0]
+    return np.column_stack((turn_rad, later))
+
+
+def _followed(told: FloatArray, interval_s: FloatArray, lags_s: Sequence[float]) -> FloatArray:
+    """(N, L, C) integral over each interval of what was told (N, C), followed by first-order lags (L of them)."""
+    lag_s = np.array(lags_s)[:, None]
+    found = np.zeros((len(told), len(lags_s), told.shape[1]))
     share = np.zeros(found.shape[1:])
-    gone = -np.expm1(-interval_s[:, None, None] / surge_s)
+    gone = -np.expm1(-interval_s[:, None, None] / lag_s)
     for index, wanted in enumerate(told):
         behind = (share - wanted) * gone[index]
-        found[index] = wanted * interval_s[index] + behind * surge_s
+        found[index] = wanted * interval_s[index] + behind * lag_s
         share = share - behind
     return found
