@@ -206,7 +206,7 @@ class AdaptiveMethod:
 
     def _thresholds(self, track: Track) -> FloatArray:
         assert self.model is not None  # noqa: S101
-        return thresholds(track, self.model, self._config.threshold_rpm, self._largest[0])
+        return thresholds(track, self.model, self._config, self._largest[0])
 
     def _commit(self, track: Track, assessment: Assessment) -> Judgement:
         """Say what was found, and take it over into the state."""

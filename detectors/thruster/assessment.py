@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from detectors.thruster.config import ThrusterConfig
 from detectors.thruster.evidence import CHANGE_MIN, DEVIATIONS, HEADROOM
 from detectors.thruster.model import ThrusterModel
 from detectors.thruster.sample import FaultKind
@@ -78,20 +79,20 @@ class Fault:
         return replace(self, size=float(self.sizes(track)[-1]), kind=kind, recovered=recovered)
 
 
-def thresholds(track: Track, model: ThrusterModel, threshold_rpm: float | None, largest: FloatArray) -> FloatArray:
+def thresholds(track: Track, model: ThrusterModel, config: ThrusterConfig, largest: FloatArray) -> FloatArray:
     """(5, N) relative change of speed that is a fault, on each scale.
 
+    Without a fixed one it is as many standard deviations as are rare, and more where healthy samples came near to that.
+
     Args:
-        threshold_rpm: a fixed one; None for as many standard deviations as are rare, and more where healthy samples
-            came near to that.
         largest: (5,) statistic that healthy samples reached on each scale.
     """
     gain = track.gain
     speed = np.maximum(np.abs(track.predicted), SPEED_MIN) * model.top_rpm
-    if threshold_rpm is not None:
-        return np.broadcast_to(threshold_rpm / speed, gain.change.shape)
-    deviations = np.maximum(DEVIATIONS, HEADROOM * largest)[:, None]
-    least = np.maximum(CHANGE_MIN[:, None], model.resolution_rpm / speed)
+    if config.threshold_rpm is not None:
+        return np.broadcast_to(config.threshold_rpm / speed, gain.change.shape)
+    deviations = np.maximum(config.caution * DEVIATIONS, HEADROOM * largest)[:, None]
+    least = np.maximum(config.caution * CHANGE_MIN[:, None], model.resolution_rpm / speed)
     return np.asarray(np.maximum(least, deviations * gain.deviation))
 
 

@@ -8,6 +8,7 @@ from math import isfinite
 from detectors.thruster.search import SearchName
 
 PAPER_DEFAULTS = {"window_min": 50, "window_max": 500, "warmup": 500}  # paper 000, section 6
+CAUTION_MIN, CAUTION_MAX = 0.5, 10.0
 OUR_DEFAULTS = {"window_min": 300, "window_max": 2500, "warmup": 400}
 
 
@@ -20,6 +21,8 @@ class ThrusterConfig:
 
     Attributes:
         threshold_rpm: fixed bound of the residual, None for an automatic one.
+        caution: multiplies the automatic threshold: a change must be so many times as large to be a fault. `gateway
+            commission` finds it for a wanted rate of false alarms.
         window_min, window_max: fewest and most samples that a model is fitted to (paper 000, section 4.3, step 4).
         order_max: highest order of the polynomial.
         delay_max: longest transport delay that is searched.
@@ -35,6 +38,7 @@ class ThrusterConfig:
     """
 
     threshold_rpm: float | None = None
+    caution: float = 1.0
     window_min: int | None = None
     window_max: int | None = None
     order_max: int = 5
@@ -57,6 +61,7 @@ class ThrusterConfig:
     def _check(self) -> None:
         window_min, window_max, warmup = self.spans
         _want("threshold_rpm", self.threshold_rpm, self.threshold_rpm is None or self.threshold_rpm > 0, "above 0")
+        _want("caution", self.caution, CAUTION_MIN <= self.caution <= CAUTION_MAX, f"{CAUTION_MIN} to {CAUTION_MAX}")
         _want("order_max", self.order_max, 1 <= self.order_max <= 9, "1 to 9")
         _want("delay_max", self.delay_max, 0 <= self.delay_max <= 200, "0 to 200")
         _want("lag_max", self.lag_max, 0 < self.lag_max <= 200, "above 0, to 200")
