@@ -82,7 +82,7 @@ class Fault:
 def thresholds(track: Track, model: ThrusterModel, config: ThrusterConfig, largest: FloatArray) -> FloatArray:
     """(5, N) relative change of speed that is a fault, on each scale.
 
-    Without a fixed one it is as many standard deviations as are rare, and more where healthy samples came near to that.
+    Where none is fixed, it is as many standard deviations as are rare, and more where healthy samples came near that.
 
     Args:
         largest: (5,) statistic that healthy samples reached on each scale.
