@@ -54,6 +54,7 @@ def _thruster(judgement: ThrusterJudgement) -> SubjectValues:
         "predicted_rpm": verdict.predicted_rpm,
         "residual_rpm": verdict.residual_rpm,
         "threshold_rpm": verdict.threshold_rpm,
+        "lag_s": verdict.lag_s,
         "wear": verdict.wear,
         "voltage_v": sample.voltage_v,
         "current_a": sample.current_a,
