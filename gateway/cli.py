@@ -12,6 +12,7 @@ import click
 
 from drivers.readings import OperatorAct
 from gateway.commands.replay import replay
+from gateway.commands.watch import watch
 from gateway.config import Config, load
 from gateway.control.protocol import ACTS, STATUS, Request
 from gateway.control.subject_words import subjects_named, wanted, watched_subjects
@@ -79,6 +80,7 @@ def main() -> None:
 
 main.add_command(train)
 main.add_command(replay)
+main.add_command(watch)
 
 
 def loaded(path: Path) -> Config:

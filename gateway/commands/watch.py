@@ -1,0 +1,120 @@
+"""`gateway watch`: how a running gateway is, or a recorded dive was, on a terminal."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from gateway.config import Config, load
+from gateway.problems import ConfigError
+from gateway.replay.log_input import log_input
+from gateway.replay.offsets import offsets_s
+from gateway.watch.pace import FASTEST, SLOWEST, Pace
+
+if TYPE_CHECKING:
+    from gateway.watch.recorded_source import RecordedSource
+    from gateway.watch.source import Source
+
+EVERY_S = 0.5
+
+
+@click.command(short_help="Show how a running gateway is, or a recorded dive.")
+@click.argument("config", type=click.Path(path_type=Path, dir_okay=False))
+@click.argument("log", nargs=-1)
+@click.option(
+    "--speed",
+    type=click.FloatRange(SLOWEST, FASTEST),
+    default=1.0,
+    show_default=True,
+    help="Of LOG, times real time.",
+)
+@click.option(
+    "--every",
+    "every_s",
+    type=click.FloatRange(0.1, 60.0),
+    default=EVERY_S,
+    show_default=True,
+    metavar="SECONDS",
+    help="From one look to the next: more for a slow link.",
+)
+@click.option(
+    "--offset", "offsets", multiple=True, metavar="LOG=SECONDS", help="Added to the times of LOG, as in replay."
+)
+@click.option(
+    "--plain", is_flag=True, help="A line of text for each change; so it is, too, where there is no terminal."
+)
+def watch(
+    config: Path, log: tuple[str, ...], speed: float, every_s: float, offsets: tuple[str, ...], plain: bool
+) -> None:
+    """Show how the gateway is that runs with CONFIG on this machine: subjects worst first with their residuals and
+    thresholds, links, and what the pilot was told. It is waited for where it does not run.
+
+    With LOG..., a recorded dive: whatever `gateway replay` reads, judged again and played at --speed.
+
+    Bars reach from the threshold to the left (-1) to that to the right (+1) and beyond.
+    """
+    try:
+        settings = load(config)
+        source = _played(settings, log, offsets, Pace(speed)) if log else _live(settings)
+    except (ConfigError, ValueError, OSError) as error:
+        raise click.ClickException(_words(error)) from error
+    try:
+        _print(source, every_s) if plain or not _is_screen() else _show(source, every_s)
+    except KeyboardInterrupt:  # the usual end of what goes on for ever
+        return
+    finally:
+        source.close()
+
+
+def _live(settings: Config) -> Source:
+    from gateway.control.watching import Watching
+    from gateway.watch.live_source import LiveSource
+
+    return LiveSource(Watching(settings.files.control), time.time)
+
+
+def _played(settings: Config, logs: tuple[str, ...], offsets: tuple[str, ...], pace: Pace) -> RecordedSource:
+    # with all detectors and log readers: no other command should wait for them
+    from gateway.replay.clocks import on_one_clock
+    from gateway.replay.grouping import grouped
+    from gateway.watch.recorded_dive import RecordedDive
+    from gateway.watch.recorded_source import RecordedSource
+
+    inputs = [log_input(one, settings.links()) for one in logs]
+    given_s = offsets_s(offsets, inputs)
+
+    def dive() -> RecordedDive:
+        return RecordedDive(settings, on_one_clock(grouped(inputs, settings, given_s), settings, given_s))
+
+    name = ", ".join(one.path.name for one in inputs)
+    return RecordedSource(name, dive, pace, time.monotonic)
+
+
+def _is_screen() -> bool:
+    return sys.stdin.isatty() and sys.stdout.isatty() and os.environ.get("TERM", "dumb") not in ("", "dumb")
+
+
+def _print(source: Source, every_s: float) -> None:
+    from gateway.watch.plain import changes
+
+    for line in changes(source, every_s, time.sleep):
+        click.echo(line)
+
+
+def _show(source: Source, every_s: float) -> None:
+    from gateway.watch.app import PlayerApp, WatchApp
+    from gateway.watch.recorded_source import RecordedSource
+
+    app = PlayerApp(source, every_s) if isinstance(source, RecordedSource) else WatchApp(source, every_s)
+    app.run()
+
+
+def _words(error: Exception) -> str:
+    if isinstance(error, OSError) and error.filename is not None:
+        return f"{error.filename}: {error.strerror}"
+    return str(error)

@@ -1,0 +1,1 @@
+"""`gateway watch`: a running gateway, or a recorded dive, on a terminal."""

@@ -1,0 +1,128 @@
+"""The watch on a whole terminal: looks, draws, and takes keys."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any, ClassVar
+
+from rich.text import Text
+from textual.app import App, ComposeResult
+from textual.binding import Binding, BindingType
+from textual.widgets import Footer, Static
+
+from gateway.watch.lines import Lines
+from gateway.watch.palette import COLOURED, PLAIN
+from gateway.watch.rates import Rates
+from gateway.watch.source import Look, Source
+from gateway.watch.view import Frame, headline, picture, texts
+
+
+class WatchApp(App[None]):
+    """See the module's text.
+
+    Args:
+        source: what is looked at.
+        every_s: time from one look to the next.
+    """
+
+    CSS = """
+    #headline { height: 1; text-style: bold; }
+    #state { height: auto; max-height: 2; }
+    #picture { height: 1fr; scrollbar-size-vertical: 1; }
+    #texts { height: 18%; min-height: 4; scrollbar-size-vertical: 1; }
+    """
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("q,escape", "quit", "quit", key_display="q"),
+        Binding("space", "hold", "hold"),
+    ]
+    ENABLE_COMMAND_PALETTE = False
+
+    def __init__(self, source: Source, every_s: float) -> None:
+        super().__init__(ansi_color=True)
+        self.source, self._every_s = source, every_s
+        self._rates = Rates()
+        self._look: Look | None = None
+        self._rate: Mapping[str, float] = {}
+        self._held = False
+
+    def compose(self) -> ComposeResult:
+        """Headline, state, picture, keys."""
+        yield Static(id="headline", markup=False)
+        yield Static("looking ...", id="state", markup=False)
+        yield Lines("picture")
+        yield Lines("texts")
+        yield Footer(compact=True, show_command_palette=False)
+
+    def on_mount(self) -> None:
+        """Begins to look."""
+        self.query_one("#picture", Lines).focus()
+        self.run_worker(self._watch(), name="watch", exclusive=True)
+
+    def on_resize(self) -> None:
+        """The same in another width."""
+        self._draw()
+
+    def action_hold(self) -> None:
+        """What is shown stays as it is, until it is wanted to go on."""
+        self._held = not self._held
+        self._draw()
+
+    async def _watch(self) -> None:
+        """Looks are in a thread: whoever is asked may take his time, and keys are heard all the while."""
+        while True:
+            look = await asyncio.to_thread(self.source.look)
+            if not self._held:
+                self.take(look)
+            await asyncio.sleep(self._every_s)
+
+    def take(self, look: Look) -> None:
+        """Shows what was seen."""
+        self._look = look
+        if look.telemetry is not None and look.fresh:
+            self._rate = self._rates.take(look.telemetry)
+        self._draw()
+
+    def _draw(self) -> None:
+        look = self._look
+        if look is None:
+            return
+        telemetry = look.telemetry
+        self._tell("headline", "" if telemetry is None else headline(telemetry))
+        words = "  ".join(filter(None, ("HELD" if self._held else "", look.state, look.note)))
+        self._tell("state", words, "" if look.fresh else "reverse")
+        if telemetry is not None:
+            self._show("picture", partial(picture, telemetry, self._rate if look.fresh else {}), look.fresh)
+            self._show("texts", partial(texts, telemetry), look.fresh)
+
+    def _tell(self, name: str, words: str, style: str = "") -> None:
+        self.query_one(f"#{name}", Static).update(Text(words, style=style))
+
+    def _show(self, name: str, drawn: Callable[[Frame], list[Text]], fresh: bool) -> None:
+        """Lines in the width that there is; of what is no more so, dimmed."""
+        widget = self.query_one(f"#{name}", Lines)
+        frame = Frame(max(1, widget.scrollable_content_region.width), PLAIN if self.no_color else COLOURED)
+        lines = drawn(frame)
+        widget.show(lines if fresh else [Text().append(line.plain, style="dim") for line in lines])
+
+
+class PlayerApp(WatchApp):
+    """The watch of a recorded dive, with the keys of a player."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("space", "act('pause')", "pause"),
+        Binding("plus,equals_sign", "act('faster')", "faster", key_display="+"),
+        Binding("minus", "act('slower')", "slower", key_display="-"),
+        Binding("right", "act('skip')", "30 s on"),
+        Binding("n", "act('next_finding')", "next finding"),
+        Binding("home", "act('again')", "again"),
+    ]
+
+    def __init__(self, source: Any, every_s: float) -> None:
+        super().__init__(source, every_s)
+        self._acts: Mapping[str, Callable[[], None]] = source.acts
+
+    def action_act(self, act: str) -> None:
+        """Does what a key asks for."""
+        self._acts[act]()

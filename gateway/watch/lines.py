@@ -1,0 +1,52 @@
+"""Lines on a screen of which only those are sent to the terminal that have changed: over a slow link, that counts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rich.text import Text
+from textual.geometry import Region, Size
+from textual.scroll_view import ScrollView
+from textual.strip import Strip
+
+
+class Lines(ScrollView, can_focus=True):
+    """Text that scrolls."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(id=name)
+        self._lines: list[Text] = []
+
+    def show(self, lines: Sequence[Text]) -> None:
+        """Shows these lines in place of those before."""
+        old, self._lines = self._lines, list(lines)
+        if len(old) != len(lines):
+            self.virtual_size = Size(0, len(lines))
+            self.refresh()
+            return
+        top = self.scroll_offset.y
+        changed = [row - top for row, (a, b) in enumerate(zip(old, lines, strict=True)) if not _same(a, b)]
+        self.refresh_lines_at(changed)
+
+    def refresh_lines_at(self, rows: Sequence[int]) -> None:
+        """Draws rows of the screen anew, as far as they are on it."""
+        width, height = self.size
+        regions = [Region(0, row, width, 1) for row in rows if 0 <= row < height]
+        if regions:
+            self.refresh(*regions)
+
+    def render_line(self, y: int) -> Strip:
+        """One of them, as the screen wants it."""
+        row, width = y + self.scroll_offset.y, self.size.width
+        if row >= len(self._lines):
+            return Strip.blank(width, self.rich_style)
+        text = self._lines[row]
+        return Strip(text.render(self.app.console), text.cell_len).crop_extend(0, width, self.rich_style)
+
+    def texts(self) -> list[str]:
+        """What is shown, without its styles."""
+        return [line.plain for line in self._lines]
+
+
+def _same(a: Text, b: Text) -> bool:
+    return a.plain == b.plain and a.spans == b.spans and a.style == b.style

@@ -1,0 +1,107 @@
+"""A watch as lines of text, one for each change: for a file, a pipe, or a terminal that can do no more."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping
+from math import inf
+
+from detectors.verdict import Level
+from gateway.control.protocol import Said
+from gateway.telemetry import LinkTelemetry, SubjectTelemetry, Telemetry
+from gateway.watch.rows import RANKS
+from gateway.watch.source import Look, Source
+from gateway.watch.view import headline, state_word
+from gateway.watch.words import counted, number, severity_word, short
+
+# of texts that were seen before: their times are found from ages, and those are rounded
+SAME_S = 1e-3
+_NUMBER = re.compile(r"\d+([.,:]\d+)*")
+
+
+def changes(source: Source, every_s: float, sleep: Callable[[float], None]) -> Iterator[str]:
+    """The lines of all looks, until there is nothing more to see."""
+    seen = Changes()
+    while True:
+        look = source.look()
+        yield from seen.take(look)
+        if look.ended:
+            return
+        sleep(every_s)
+
+
+class Changes:
+    """One look after the other in, what has changed since the last one out."""
+
+    def __init__(self) -> None:
+        self._state = ""
+        self._levels: dict[str, Level] = {}
+        self._links: dict[str, bool | None] = {}
+        self._causes: set[tuple[str, str]] = set()
+        self._said_s = -inf
+        self._begun = False
+        self._recording = ""
+
+    def take(self, look: Look) -> list[str]:
+        """The lines of a look, each with its time."""
+        return [f"{look.time}  {line}".strip() for line in self._lines(look)]
+
+    def _lines(self, look: Look) -> Iterator[str]:
+        if look.state != self._state:
+            yield look.state
+        self._state = look.state
+        if look.telemetry is not None and look.fresh:
+            yield from self._changed(look.telemetry)
+
+    def _changed(self, telemetry: Telemetry) -> Iterator[str]:
+        if not self._begun:
+            self._begun = True
+            yield headline(telemetry)
+        for subject in sorted(telemetry.subjects, key=lambda one: RANKS[one.level]):
+            yield from self._subject(subject)
+        for link in telemetry.links:
+            yield from self._link(link)
+        for stage, drops in telemetry.drops.items():
+            if self._new_causes(stage, drops):
+                yield f"dropped at {stage}: {counted(drops)}"
+        if _kind(telemetry.recording) != _kind(self._recording):
+            yield f"recording: {telemetry.recording or 'nothing'}"
+        self._recording = telemetry.recording
+        yield from self._texts(telemetry)
+
+    def _subject(self, one: SubjectTelemetry) -> Iterator[str]:
+        if self._levels.get(one.subject) is not one.level:
+            self._levels[one.subject] = one.level
+            score = number(one.score, ".2f")
+            parts = (f"score {score}" if score != "-" else "", "" if one.level is Level.NORMAL else one.text)
+            yield "  ".join((f"{one.level.name:7} {short(one.subject)}", *filter(None, parts)))
+
+    def _link(self, link: LinkTelemetry) -> Iterator[str]:
+        known, self._links[link.name] = self._links.get(link.name), link.up
+        if known is not link.up:
+            yield "  ".join(filter(None, (f"link {link.name} {state_word(link.up)}", link.detail)))
+        if self._new_causes(f"link {link.name}", link.drops):
+            yield f"link {link.name} dropped: {counted(link.drops)}"
+
+    def _new_causes(self, place: str, drops: Mapping[str, int]) -> bool:
+        """Whether something is dropped for a cause that was not seen there before."""
+        new = {(place, cause) for cause, count in drops.items() if count} - self._causes
+        self._causes |= new
+        return bool(new)
+
+    def _texts(self, telemetry: Telemetry) -> Iterator[str]:
+        before_s = self._said_s
+        for said in telemetry.texts:
+            said_s = telemetry.time_s - said.age_s
+            if said_s > before_s + SAME_S:
+                self._said_s = max(self._said_s, said_s)
+                yield _told(said)
+
+
+def _told(said: Said) -> str:
+    return f"{severity_word(said.severity)}: {said.text}"
+
+
+def _kind(words: str) -> str:
+    """Words without their numbers: that something goes on growing is no change."""
+    return _NUMBER.sub("#", words)

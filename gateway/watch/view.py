@@ -1,0 +1,151 @@
+"""A telemetry as lines for a terminal of some width. Nothing is told by colour alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from math import isfinite
+
+from rich.cells import cell_len
+from rich.text import Text
+
+from gateway.control.protocol import Said
+from gateway.telemetry import LinkTelemetry, Telemetry
+from gateway.watch.bar import FULL, bar
+from gateway.watch.palette import Palette
+from gateway.watch.rows import SubjectRow, Subjects, subjects
+from gateway.watch.words import ago, clock, counted, number, severity_word
+
+LEVEL_CELLS, SCORE_CELLS, NAME_CELLS_MAX = 7, 5, 16
+# cells of a bar, by the least width of the terminal that has room for it
+BARS: Mapping[int, int] = {110: 25, 76: 13, 60: 9}
+SPACE, GAP = " ", "  "
+# of a subject's second line
+INDENT = LEVEL_CELLS + 1
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """What a picture is drawn for. `width`: of the terminal, in cells."""
+
+    width: int
+    palette: Palette
+
+    @property
+    def bar_cells(self) -> int:
+        """Of each bar; 0: there is no room for one."""
+        return next((cells for least, cells in BARS.items() if self.width >= least), 0)
+
+
+def headline(telemetry: Telemetry) -> str:
+    """Who it is, for how long, and how well the judging keeps up."""
+    found = counted({level: n for level, n in telemetry.findings.items() if level in ("FAULT", "SUSPECT")})
+    parts = (
+        telemetry.vehicle,
+        clock(telemetry.running_s),
+        f"judging {telemetry.behind_s:.1f} s behind",
+        f"found: {found or 'nothing'}",
+    )
+    return "  ".join(filter(None, parts))
+
+
+def picture(telemetry: Telemetry, rates: Mapping[str, float], frame: Frame) -> list[Text]:
+    """Subjects and links, line by line; `rates`: by link, of what it receives in a second."""
+    shown = subjects(telemetry.subjects)
+    return _cut([*_subject_lines(shown, frame), *_link_lines(telemetry, rates, frame)], frame)
+
+
+def texts(telemetry: Telemetry, frame: Frame) -> list[Text]:
+    """What the pilot was told, newest first, line by line."""
+    told = [_text(said, frame) for said in reversed(telemetry.texts)]
+    return _cut([_heading("texts to the pilot", frame), *(told or [_styled("none", frame.palette.faint)])], frame)
+
+
+def _cut(lines: list[Text], frame: Frame) -> list[Text]:
+    for line in lines:
+        line.truncate(frame.width, overflow="ellipsis")
+    return lines
+
+
+def _styled(words: str, style: str) -> Text:
+    """Styled by a span: of a text without spans, screens show no style at all."""
+    return Text().append(words, style=style)
+
+
+def _heading(words: str, frame: Frame) -> Text:
+    return _styled(words, frame.palette.heading)
+
+
+def _subject_lines(shown: Subjects, frame: Frame) -> Iterator[Text]:
+    names = max((len(row.name) for row in shown.rows), default=0)
+    name_cells = min(max(names, len("subject")), NAME_CELLS_MAX)
+    yield _heading(f"{'level':{LEVEL_CELLS}} {'subject':{name_cells}} {_scale(frame.bar_cells)}score", frame)
+    for row in shown.rows:
+        yield from _subject(row, name_cells, frame)
+    for level, names_of in shown.others.items():
+        line = _styled(f"{level.name:{LEVEL_CELLS}} ", frame.palette.levels[level])
+        yield line.append(", ".join(names_of), style=frame.palette.faint)
+    if not (shown.rows or shown.others):
+        yield _styled("nothing was heard yet", frame.palette.faint)
+
+
+def _scale(cells: int) -> str:
+    """What the marks of the bars mean: the threshold to both sides."""
+    if not cells:
+        return ""
+    marks = [SPACE] * cells
+    for place, words in ((-1, "-1"), (0, "0"), (1, "+1")):
+        column = cells // 2 + place * round(cells // 2 / FULL)
+        begin = column - (len(words) == 2 and place < 0)
+        marks[begin : begin + len(words)] = words
+    return "".join(marks) + SPACE
+
+
+def _subject(row: SubjectRow, name_cells: int, frame: Frame) -> Iterator[Text]:
+    """Its line, and more for values and text that it has no room for."""
+    line = _styled(f"{row.level.name:{LEVEL_CELLS}}", frame.palette.levels[row.level])
+    line.append(f" {row.name:{name_cells}} ")
+    if frame.bar_cells:
+        line.append(bar(row.share, frame.bar_cells) + SPACE, style=frame.palette.bars[row.level])
+    line.append(f"{number(row.score, '.2f'):>{SCORE_CELLS}}")
+    for words in filter(None, (*row.values, row.text)):
+        if line.cell_len + len(GAP) + cell_len(words) > frame.width and line.cell_len > INDENT:
+            yield line
+            line = Text(SPACE * (INDENT - len(GAP)))
+        line.append(GAP + words)
+    yield line
+
+
+def _link_lines(telemetry: Telemetry, rates: Mapping[str, float], frame: Frame) -> Iterator[Text]:
+    names = max((len(link.name) for link in telemetry.links), default=0)
+    if telemetry.links:
+        yield _heading("links", frame)
+    for link in telemetry.links:
+        yield _link(link, rates, names, frame)
+    for stage, drops in telemetry.drops.items():
+        if dropped := counted(drops):
+            yield _styled(f"dropped at {stage}: {dropped}", frame.palette.faint)
+    if telemetry.recording:
+        yield Text(f"recording: {telemetry.recording}")
+
+
+def state_word(up: bool | None) -> str:
+    """Of a link: "up", "DOWN", or "?" before it is known."""
+    return "?" if up is None else "up" if up else "DOWN"
+
+
+def _link(link: LinkTelemetry, rates: Mapping[str, float], name_cells: int, frame: Frame) -> Text:
+    line = Text(f"{link.name:{name_cells}}  ")
+    line.append(f"{state_word(link.up):4}", style="bold" if link.up is False else "")
+    line.append(f"  {number(rates[link.name]) if link.name in rates else '-':>6} /s")
+    if isfinite(link.load):
+        line.append(f"  load {100.0 * link.load:3.0f} %")
+    for words in (f"dropped: {dropped}" if (dropped := counted(link.drops)) else "", link.detail):
+        line.append(f"  {words}" if words else "")
+    return line
+
+
+def _text(said: Said, frame: Frame) -> Text:
+    line = _styled(f"{ago(said.age_s):>6} ago  ", frame.palette.faint)
+    words = f"{severity_word(said.severity)}: {said.text}"
+    return line.append(words, style=frame.palette.severities.get(said.severity, ""))
