@@ -17,6 +17,7 @@ from gateway.pipeline import Factories, Pipeline
 from gateway.replay.clocks import TimedLog
 from gateway.replay.detector_processes import detector_processes
 from gateway.replay.merging import stretches
+from gateway.replay.onlooker import Nobody, Onlooker
 from gateway.replay.prefetch import prefetched
 from gateway.replay.result import ReplayResult, told
 
@@ -43,6 +44,7 @@ def replay(
     progress: Callable[[Progress], None] = lambda _: None,
     factories: Factories | None = None,
     jobs: int = 1,
+    onlooker: Onlooker | None = None,
 ) -> ReplayResult:
     """Has the pipeline judge the logs, and writes what it finds.
 
@@ -53,13 +55,14 @@ def replay(
         progress: hears how far it is.
         factories: makes the detectors; None: the real ones.
         jobs: processes for the detectors of thrusters, where the real ones are made; 1: they are in this one.
+        onlooker: is told everything; None: nobody is.
 
     Raises:
         OSError: a log cannot be read, or the findings cannot be written.
         ValueError: a log is not what its name says, or two logs are of one link.
     """
     findings.unlink(missing_ok=True)
-    result = ReplayResult()
+    result, onlooker = ReplayResult(), onlooker or Nobody()
     with (
         threadpool_limits(limits=1, user_api="blas"),
         FindingsFile(findings) as file,
@@ -67,13 +70,16 @@ def replay(
     ):
         pipeline = Pipeline(_without_plots(config), made_by)
         for arrivals in prefetched(stretches(logs)):
-            found = [one for one in pipeline.take_stretch(arrivals) if isinstance(one, Finding)]
+            onlooker.stretch(arrivals)
+            outcomes = pipeline.take_stretch(arrivals, onlooker.seen)
+            found = [one for one in outcomes if isinstance(one, Finding)]
             for finding in found:
                 file.append(finding)
             result.cover(arrivals)
             result.findings += Counter(one.level.name for one in found if one.detector not in NOTES)
             progress(Progress(result.begin_s or 0.0, result.duration_s, found))
         _account(result, pipeline, logs)
+        onlooker.end(pipeline)
     return result
 
 
