@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray: TypeAlias = NDArray[np.float64]
+# labels that are written beside points
+WRITTEN_MAX, LETTERS_MAX = 12, 10
 
 
 class Colour(StrEnum):
@@ -66,7 +68,8 @@ class Band:
 
 @dataclass(frozen=True, slots=True)
 class Points:
-    """(N,) x and y; `labels`: of each, shown where it is pointed at, or none. `error`: (N,) standard deviations."""
+    """(N,) x and y; `error`: (N,) standard deviations. `labels`: of each, or none; shown where it is pointed at, and
+    written beside it where they are few and short."""
 
     name: str
     x: FloatArray
@@ -74,6 +77,11 @@ class Points:
     colour: Colour
     labels: tuple[str, ...] = ()
     error: FloatArray | None = None
+
+    @property
+    def written(self) -> bool:
+        """Whether there is room for the labels."""
+        return 0 < len(self.labels) <= WRITTEN_MAX and max(map(len, self.labels)) <= LETTERS_MAX
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,13 +118,15 @@ class Level:
 
 @dataclass(frozen=True, slots=True)
 class Bar:
-    """A piece of a row of a time line. `row`: index into the panel's `rows`, from the top."""
+    """A piece of a row of a time line. `row`: index into the panel's `rows`, from the top. `label`: written on it,
+    where it is long enough. `text`: shown where it is pointed at; none: the label."""
 
     row: int
     from_x: float
     to_x: float
     colour: Colour
     label: str
+    text: str = ""
 
 
 Mark: TypeAlias = Line | Band | Points | Arrows | Span | Level | Bar

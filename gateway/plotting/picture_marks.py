@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import groupby
 from typing import TYPE_CHECKING, assert_never
 
 import numpy as np
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 POINTS_MAX = 2000  # twice what a picture has across
 BAR_HEIGHT = 0.72  # of a row
-LABEL_SHARE = 0.008  # of the width of the axes, for a letter of a bar's label
+LETTER_SHARE = 0.008  # of the width of the axes, for a letter of a bar's label
 DASHES = {Dash.SOLID: "-", Dash.DASHED: "--", Dash.DOTTED: ":"}
 
 
@@ -29,15 +30,17 @@ def draw(axes: Axes, marks: Sequence[Mark], x_range: tuple[float, float], *, ove
         x_range: lowest and highest x of the figure.
         over_time: x is the time.
     """
+    _bars(axes, [mark for mark in marks if isinstance(mark, Bar)], x_range)
     named: set[str] = set()
     for mark in marks:
-        name = "" if isinstance(mark, Bar) else mark.name
-        label = "_" if not name or name in named else name  # matplotlib leaves it out of the legend
-        named.add(name)
-        _draw(axes, mark, label, x_range, over_time)
+        if isinstance(mark, Bar):
+            continue
+        label = "_" if not mark.name or mark.name in named else mark.name  # "_": not in the legend
+        named.add(mark.name)
+        _draw(axes, mark, label, over_time)
 
 
-def _draw(axes: Axes, mark: Mark, label: str, x_range: tuple[float, float], over_time: bool) -> None:
+def _draw(axes: Axes, mark: Line | Band | Points | Arrows | Span | Level, label: str, over_time: bool) -> None:
     match mark:
         case Line():
             _line(axes, mark, label, over_time)
@@ -53,8 +56,6 @@ def _draw(axes: Axes, mark: Mark, label: str, x_range: tuple[float, float], over
             )
         case Level():
             _level(axes, mark)
-        case Bar():
-            _bar(axes, mark, x_range)
         case _:
             assert_never(mark)
 
@@ -87,6 +88,9 @@ def _points(axes: Axes, points: Points, label: str) -> None:
         axes.errorbar(
             points.x, points.y, points.error, fmt="o", color=colour, ms=size, mew=0, elinewidth=1, label=label
         )
+    if points.written:
+        for x, y, words in zip(points.x, points.y, points.labels, strict=True):
+            axes.annotate(words, (x, y), (0.0, 4.0), textcoords="offset points", fontsize=8, ha="center")
 
 
 def _arrows(axes: Axes, arrows: Arrows, label: str) -> None:
@@ -115,10 +119,17 @@ def _level(axes: Axes, level: Level) -> None:
     )
 
 
-def _bar(axes: Axes, bar: Bar, x_range: tuple[float, float]) -> None:
-    colour, length = DAY[bar.colour], bar.to_x - bar.from_x
-    axes.barh(bar.row, length, BAR_HEIGHT, left=bar.from_x, color=colour, lw=0)
-    if length > LABEL_SHARE * len(bar.label) * (x_range[1] - x_range[0]):
-        axes.text(
-            bar.from_x + length / 2.0, bar.row, bar.label, color=ink(colour), fontsize=8, ha="center", va="center"
-        )
+def _bars(axes: Axes, bars: Sequence[Bar], x_range: tuple[float, float]) -> None:
+    for row, several in groupby(sorted(bars, key=lambda bar: bar.row), key=lambda bar: bar.row):
+        of_row = list(several)
+        lengths = [(bar.from_x, bar.to_x - bar.from_x) for bar in of_row]
+        colours = [DAY[bar.colour] for bar in of_row]
+        axes.broken_barh(lengths, (row - BAR_HEIGHT / 2.0, BAR_HEIGHT), facecolors=colours, lw=0)
+    for bar in bars:
+        if bar.to_x - bar.from_x > LETTER_SHARE * len(bar.label) * (x_range[1] - x_range[0]):
+            _write(axes, bar)
+
+
+def _write(axes: Axes, bar: Bar) -> None:
+    colour = ink(DAY[bar.colour])
+    axes.text((bar.from_x + bar.to_x) / 2.0, bar.row, bar.label, color=colour, fontsize=8, ha="center", va="center")

@@ -123,6 +123,8 @@ def _points(points: Points, place: Place) -> Json:
     }
     if points.labels:
         drawn |= {"text": _worded(points.labels, known), "hoverinfo": "text"}
+    if points.written:
+        drawn |= {"mode": "markers+text", "textposition": "top center", "textfont": {"size": 10}}
     if points.error is not None:
         drawn["error_y"] = {"type": "data", "array": rounded(points.error[known]), "thickness": 1, "width": 2}
     return drawn
@@ -175,6 +177,7 @@ def _bars(bars: Sequence[Bar], place: Place) -> Json:
         "insidetextanchor": "middle",
         "textangle": 0,
         "insidetextfont": {"color": [ink(colour) for colour in colours]},
+        "hovertext": [escape(bar.text) or word for bar, word in zip(bars, words, strict=True)],
         "hoverinfo": "text",
         "showlegend": False,
     }

@@ -1,0 +1,18 @@
+"""All figures of a dive, in the order in which they are looked at."""
+
+from __future__ import annotations
+
+from gateway.plotting.figure import Figure
+from gateway.report.dive import Dive
+from gateway.report.link_figures import link_figures
+from gateway.report.navigation_figures import navigation_figures
+from gateway.report.speed_figures import speed_figures
+from gateway.report.thruster_figures import thruster_figures
+from gateway.report.timeline_figure import timeline_figure
+
+
+def figures(dive: Dive) -> list[Figure]:
+    """The time line, then what something was found of, then the rest; only those that show something."""
+    several = [*thruster_figures(dive), *speed_figures(dive), *navigation_figures(dive), *link_figures(dive)]
+    drawn = [timeline_figure(dive), *sorted(several, key=lambda one: not one.main)]
+    return [figure for figure in drawn if figure.panels]

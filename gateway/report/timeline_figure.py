@@ -1,0 +1,136 @@
+"""The figure that tells a dive at a glance: mode, armed, links that were down, and how each subject was."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import cycle, pairwise
+
+import numpy as np
+
+from detectors.verdict import Level
+from gateway.plotting.clock import clock
+from gateway.plotting.figure import Bar, Colour, Figure, FloatArray, Line, Mark, Panel, Points
+from gateway.report.dive import Dive
+from gateway.report.drawable import LEVEL_COLOURS, panels
+from gateway.report.episodes import Episode, episodes
+from gateway.report.subjects import DETECTORS, calm_subjects
+
+# of the dive: shorter stretches that follow each other are one, as bad as the worst of them
+LEAST_SHARE = 1.0 / 1000.0
+MODE_COLOURS = (Colour.OTHER, Colour.COMMAND, Colour.MEASURED, Colour.FAINT)
+ONSETS = {Level.SUSPECT: "suspected", Level.FAULT: "found"}
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """A part of a row; see `Bar`."""
+
+    from_s: float
+    to_s: float
+    colour: Colour
+    label: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A row of the time line. `onsets`: what began when, for what is too short to be seen."""
+
+    name: str
+    pieces: Sequence[Piece]
+    onsets: Sequence[Episode] = ()
+
+
+def timeline_figure(dive: Dive) -> Figure:
+    """Subjects from the worst on; links and signals that were well all along have no row."""
+    rows = [*_vehicle_rows(dive), *_link_rows(dive), *_subject_rows(dive)]
+    marks = [*_bars(rows), *_onsets(rows)]
+    drawn = panels(Panel("", tuple(marks), rows=tuple(row.name for row in rows)), _depth(dive))
+    about = "How the vehicle was, as the gateway saw it. Markers: something was suspected or found then."
+    return Figure("timeline", "The dive", drawn, about)
+
+
+def _vehicle_rows(dive: Dive) -> Iterator[Row]:
+    length_s = dive.end_s - dive.begin_s
+    if dive.modes:
+        colours = dict(zip(dict.fromkeys(mode for _, mode in dive.modes), cycle(MODE_COLOURS), strict=False))
+        ends_s = [from_s for from_s, _ in dive.modes] + [length_s]
+        stretches = zip(dive.modes, pairwise(ends_s), strict=True)
+        yield Row("mode", [_piece(edges, colours[mode], mode) for (_, mode), edges in stretches])
+    if len(dive.armed):
+        yield Row("armed", [_piece(edges, Colour.MEASURED, "armed") for edges in dive.armed.tolist()])
+
+
+def _link_rows(dive: Dive) -> Iterator[Row]:
+    for link in dive.links:
+        if len(link.down):
+            yield Row(f"{link.name} down", [_piece(edges, Colour.FAULT, "down") for edges in link.down.tolist()])
+
+
+def _subject_rows(dive: Dive) -> Iterator[Row]:
+    calm, least_s = calm_subjects(dive.findings), LEAST_SHARE * (dive.end_s - dive.begin_s)
+    for subject, found in episodes(dive).items():
+        if subject in calm and found[0].detector not in DETECTORS:
+            continue
+        pieces = [
+            _piece((one.from_s, one.to_s), LEVEL_COLOURS[one.level], one.level.name, one.text)
+            for one in visible(found, least_s)
+        ]
+        yield Row(subject, pieces, [one for one in found if one.level in ONSETS])
+
+
+def visible(found: Iterable[Episode], least_s: float) -> list[Episode]:
+    """Episodes of a subject; those that are too short to be told apart are one, as bad as the worst of them.
+
+    Args:
+        found: in order of time, without a gap.
+        least_s: what can be told apart.
+    """
+    shown: list[Episode] = []
+    for one in found:
+        if shown and one.to_s - shown[-1].from_s < least_s:
+            worst = max(shown[-1], one, key=lambda episode: episode.level)
+            shown[-1] = replace(worst, from_s=shown[-1].from_s, to_s=one.to_s)
+        else:
+            shown.append(one)
+    return shown
+
+
+def _piece(edges_s: Sequence[float], colour: Colour, label: str, text: str = "") -> Piece:
+    from_s, to_s = edges_s
+    told = f"{clock(from_s)} to {clock(to_s)}: {label}"
+    return Piece(from_s, to_s, colour, label, f"{told}, {text}" if text else told)
+
+
+def _bars(rows: Sequence[Row]) -> Iterator[Mark]:
+    for index, row in enumerate(rows):
+        for one in row.pieces:
+            yield Bar(index, one.from_s, one.to_s, one.colour, one.label, one.text)
+
+
+def _onsets(rows: Sequence[Row]) -> Iterator[Mark]:
+    for level, name in ONSETS.items():
+        began = [(index, one) for index, row in enumerate(rows) for one in row.onsets if one.level is level]
+        if began:
+            x, y = np.array([one.from_s for _, one in began]), np.array([float(index) for index, _ in began])
+            labels = tuple(f"{clock(one.from_s)} {level.name}: {one.text}" for _, one in began)
+            yield Points(name, x, y, LEVEL_COLOURS[level], labels)
+
+
+def _depth(dive: Dive) -> Panel:
+    """Deep is down."""
+    time_s, depth_m = _depths(dive)
+    known = depth_m[np.isfinite(depth_m)]
+    deepest = float(known.max(initial=0.0))
+    y_range = (1.05 * deepest + 0.5, min(float(known.min(initial=0.0)), 0.0) - 0.2)
+    lines = (Line("depth", time_s, depth_m, Colour.MEASURED),) if len(known) and np.ptp(known) > 0.0 else ()
+    return Panel("depth, m", lines, share=0.9, y_range=y_range)
+
+
+def _depths(dive: Dive) -> tuple[FloatArray, FloatArray]:
+    if dive.navigation is not None:
+        return dive.navigation.time_s, dive.navigation.depth_m
+    if dive.speed is not None:
+        return dive.speed.time_s, dive.speed.down_m
+    return np.empty(0), np.empty(0)
