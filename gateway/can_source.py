@@ -86,6 +86,10 @@ class CanSource:
         trouble = {name: n for name, n in self._link.counters.items() if name not in ("frames", "connections")}
         return self._decoder.drops + Counter(trouble)
 
+    def decode_errors(self) -> Counter[str]:
+        """That of it which the decoder threw away."""
+        return Counter(self._decoder.drops)
+
     def _on_frames(self, frames: FrameBlock) -> None:
         self._intake.frames(self.name, frames)
         if self._meter is not None:

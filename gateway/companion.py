@@ -53,6 +53,7 @@ class Companion:
         connect: opens the endpoint.
 
     Attributes:
+        name: of the link.
         received: readings so far.
         buses: of the autopilot, that it forwards.
 
@@ -94,7 +95,7 @@ class Companion:
         self._clock = clock
         self._intake = intake
         self._tell_state: Callable[[LinkState], None] | None = None
-        self.received = 0
+        self.name, self.received = MAVLINK, 0
 
     async def run(self, on_state: Callable[[LinkState], None]) -> None:
         """Keeps the link alive until it is cancelled."""
@@ -160,6 +161,10 @@ class Companion:
         return (
             self._decoder.drops + self._unsent + Counter({f"not sent: {k}": n for k, n in self._link.unsent.items()})
         )
+
+    def decode_errors(self) -> Counter[str]:
+        """What the decoder threw away, by cause."""
+        return Counter(self._decoder.drops)
 
     def remarks(self) -> dict[str, str]:
         """What is worth saying of the link beside its counts: the autopilot's clock, where it was measured."""

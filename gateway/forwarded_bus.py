@@ -101,6 +101,10 @@ class ForwardedBus:
         """What was thrown away, by cause."""
         return self._decoder.drops() + self._forward.drops
 
+    def decode_errors(self) -> Counter[str]:
+        """That of it which the decoder threw away."""
+        return self._decoder.drops()
+
 
 def forwarded_buses(config: Config, take: Take) -> list[ForwardedBus]:
     """Of this configuration: one at most, for an autopilot forwards one of its buses at a time."""

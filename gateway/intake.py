@@ -19,10 +19,16 @@ class Intake:
     Args:
         put: takes work for the judging; False where it takes none.
         journal: where it is written down.
+        show: is shown each reading that no decoder has made.
     """
 
-    def __init__(self, put: Callable[[Work], bool], journal: Journal | None = None) -> None:
-        self._put, self._journal = put, journal or NoJournal()
+    def __init__(
+        self,
+        put: Callable[[Work], bool],
+        journal: Journal | None = None,
+        show: Callable[[Reading], None] = lambda _: None,
+    ) -> None:
+        self._put, self._journal, self._show = put, journal or NoJournal(), show
         self._closed = False
         self._first = 1
 
@@ -63,4 +69,5 @@ class Intake:
             return False
         self._first = self._journal.place + 1
         self._journal.reading(link, reading)
+        self._show(reading)
         return self._put(Arrival(link, [reading]))

@@ -69,6 +69,12 @@ class Judging:
         self._pace = _Pace()
         self.lost: Counter[str] = Counter()
         self.behind_max_s = 0.0
+        self._behind_s, self._oldest_s = 0.0, inf
+
+    @property
+    def behind_s(self) -> float:
+        """How long the last events have waited for their outcomes; those that are being judged, until now."""
+        return max(self._behind_s, self._clock.now() - self._oldest_s - LATENESS_S)
 
     def put(self, work: Work, place: int | None = None) -> bool:
         """Takes work, for as long as there is room; False where it is not taken. After `close` none is.
@@ -104,7 +110,9 @@ class Judging:
                 await asyncio.sleep(self._collect_s)
             first, place = await self._waiting.get()
             batch = [first, *self._next(BATCH_MAX - 1)]
+            self._oldest_s = next((work.time_s for work in batch if isinstance(work, Now)), inf)
             await self._judge([*self._own_pace(place), *batch])
+            self._oldest_s = inf
             self._look_at_pace(batch)
             for _ in batch:
                 self._waiting.task_done()
@@ -157,9 +165,9 @@ class Judging:
         """How far behind it is: by the time that the oldest tick has waited."""
         ticks = [work.time_s for work in judged if isinstance(work, Now)]
         if ticks:
-            behind_s = max(0.0, self._clock.now() - ticks[0] - LATENESS_S)
-            self.behind_max_s = max(self.behind_max_s, behind_s)
-            self._pace.take(ticks[-1], behind_s)
+            self._behind_s = max(0.0, self._clock.now() - ticks[0] - LATENESS_S)
+            self.behind_max_s = max(self.behind_max_s, self._behind_s)
+            self._pace.take(ticks[-1], self._behind_s)
 
     def _own_pace(self, place: int) -> list[Work]:
         """How late it is as a reading of its own, in front of all that waits: else it would come as late."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections import Counter
 from collections.abc import Callable, Coroutine, Iterator
+from itertools import chain
 from typing import Any
 
 from drivers.clock import Clock
@@ -16,6 +17,7 @@ from gateway.companion import Companion
 from gateway.config import Config
 from gateway.config_sections import MAVLINK
 from gateway.intake import Intake
+from gateway.telemetry_board import Counted
 
 log = logging.getLogger("gateway")
 
@@ -72,25 +74,22 @@ class Links:
         if self._config.mavlink is not None:
             yield f"{MAVLINK} ({self._config.mavlink.endpoint})"
 
+    def all(self) -> Iterator[Counted]:
+        """Each with what it has counted: buses, then the autopilot's link."""
+        companion = self._companion
+        return chain(self._buses, *(() if companion is None else (companion.buses, (companion,))))
+
     def received(self) -> Counter[str]:
         """Frames so far, by link; of MAVLink: readings."""
-        counts = Counter({bus.name: bus.received for bus in self._all_buses()})
-        if self._companion is not None:
-            counts[MAVLINK] = self._companion.received
-        return counts
+        return Counter({link.name: link.received for link in self.all()})
 
     def drops(self) -> dict[str, Counter[str]]:
         """What was thrown away or not sent, by link and cause."""
-        drops = {bus.name: bus.drops() for bus in self._all_buses()}
-        return drops if self._companion is None else {**drops, MAVLINK: self._companion.drops()}
+        return {link.name: link.drops() for link in self.all()}
 
     def remarks(self) -> dict[str, str]:
         """What is worth saying beside the counts."""
         return {} if self._companion is None else self._companion.remarks()
-
-    def _all_buses(self) -> Iterator[Any]:
-        yield from self._buses
-        yield from () if self._companion is None else self._companion.buses
 
     def _on_state(self, state: LinkState) -> None:
         word, detail = "up" if state.up else "down", f": {state.detail}" if state.detail else ""

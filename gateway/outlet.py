@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
@@ -24,8 +24,6 @@ log = logging.getLogger("gateway")
 LOG_LEVELS = {Severity.CRITICAL: logging.ERROR, Severity.ERROR: logging.ERROR, Severity.WARNING: logging.WARNING}
 # findings that are no change of a level: what was asked of the autopilot, what an operator has said
 NOTES = frozenset({"failsafe", "operator"})
-# texts that are kept for one who asks how it is
-TEXTS_MAX = 10
 
 Observer = Callable[[Outcome], None]
 
@@ -38,12 +36,10 @@ class Outlet:
         path: of that file, for the log.
         listeners: get every outcome, in order.
         send: says a message on the autopilot's link; None: there is none.
-        now: the time.
 
     Attributes:
         counts: findings by level.
         lost: findings that were not written, by cause.
-        texts: the newest texts for the pilot, and when they were said.
     """
 
     def __init__(
@@ -52,13 +48,11 @@ class Outlet:
         path: Path,
         listeners: Iterable[Observer],
         send: Callable[[OutgoingMessage], None] | None,
-        now: Callable[[], float],
     ) -> None:
         self._findings, self._path, self._listeners = findings, path, tuple(listeners)
-        self._send, self._now = send, now
+        self._send = send
         self.counts: Counter[str] = Counter()
         self.lost: Counter[str] = Counter()
-        self.texts: deque[tuple[float, StatusText]] = deque(maxlen=TEXTS_MAX)
 
     def record(self, outcomes: Iterable[Outcome]) -> None:
         """What takes time: called in the judging's thread."""
@@ -74,10 +68,7 @@ class Outlet:
                     if outcome.detector not in NOTES:
                         self.counts[outcome.level.name] += 1
                     log.log(LOG_LEVELS.get(outcome.severity, logging.INFO), "%s", _line(outcome))
-                case StatusText():
-                    self.texts.append((self._now(), outcome))
-                    self._say(outcome)
-                case CommandAck() | CommandLong() | CompanionHeartbeat() | NamedValue():
+                case StatusText() | CommandAck() | CommandLong() | CompanionHeartbeat() | NamedValue():
                     self._say(outcome)
             for listener in self._listeners:
                 listener(outcome)

@@ -20,6 +20,7 @@ from gateway.outlet import Observer
 from gateway.pipeline import Factories, Pipeline
 from gateway.recording.journal import Journal, NoJournal
 from gateway.session import Session
+from gateway.stopwatch import Stopwatch
 from gateway.summary import Summary
 from gateway.systemd import Service
 
@@ -66,11 +67,13 @@ async def run(
         import_module(module)
     # the detectors' matrices are small: BLAS threads that wait for each other on busy cores cost more than they give
     with threadpool_limits(limits=1, user_api="blas"), FindingsFile(config.files.findings) as findings:
-        pipeline = Pipeline(config, factories)
+        stopwatch = Stopwatch()
+        pipeline = Pipeline(config, factories, stopwatch.judge)
         services = service or Service({})
         session = Session(
             config,
             pipeline,
+            stopwatch,
             clock or Clock(),
             observer,
             findings,

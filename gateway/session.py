@@ -11,10 +11,11 @@ from drivers.clock import Clock
 from drivers.mavlink.messages import CommandAck
 from drivers.mavlink.transports import Connect
 from drivers.readings import OperatorAct
+from gateway.account import Account
 from gateway.can_source import PortOf
 from gateway.config import Config
 from gateway.control.local_operator import LocalOperator
-from gateway.control.protocol import STATUS, Answer, Request, Said
+from gateway.control.protocol import STATUS, WATCH, Answer, Request
 from gateway.control.server import ControlSocket
 from gateway.control.subject_words import watched_subjects
 from gateway.findings import Finding, FindingsFile
@@ -26,8 +27,10 @@ from gateway.operator import ALL, code_of
 from gateway.outlet import Observer, Outlet
 from gateway.pipeline import Outcome, Pipeline
 from gateway.recording.journal import Journal
+from gateway.stopwatch import Stopwatch
 from gateway.summary import Summary, worst_first
 from gateway.systemd import Service
+from gateway.telemetry_board import TelemetryBoard
 from gateway.timeline import STILL_S
 
 log = logging.getLogger("gateway")
@@ -45,6 +48,7 @@ class Session:
     Args:
         config: what is watched.
         pipeline: judges.
+        stopwatch: measures how it does that.
         clock: of this run.
         observer: gets every outcome, too; None: nobody does.
         findings: file for them.
@@ -58,6 +62,7 @@ class Session:
         self,
         config: Config,
         pipeline: Pipeline,
+        stopwatch: Stopwatch,
         clock: Clock,
         observer: Observer | None,
         findings: FindingsFile,
@@ -71,15 +76,17 @@ class Session:
         self._journal = journal
         self._memory = Memory(config.files.state, config.files.young_s, clock.now)
         self._judging = Judging(pipeline, clock, self._record, self._tell, collect_s, journal)
-        self._intake = Intake(lambda work: self._judging.put(work, self._intake.first), journal)
+        self._board = TelemetryBoard(config.vehicle.name, watched_subjects(config), clock.now())
+        self._intake = Intake(lambda work: self._judging.put(work, self._intake.first), journal, self._board.hear)
         self._links = Links(config, clock, self._intake, port_of, connect)
         listeners = [self._hear_answer] if observer is None else [self._hear_answer, observer]
-        self._outlet = Outlet(findings, config.files.findings, listeners, self._links.send, clock.now)
+        self._outlet = Outlet(findings, config.files.findings, listeners, self._links.send)
         self._operator = LocalOperator(watched_subjects(config), self._intake.reading, clock.now)
         self._control = ControlSocket(config.files.control, self._answer)
-        self._levels = pipeline.levels()
+        self._account = Account(
+            clock, self._board, stopwatch, self._links, self._judging, self._outlet, self._control
+        )
         self._ready = self._finished = False
-        self._start_s = clock.now()
 
     async def run(self, stop: asyncio.Event, accept: asyncio.Event) -> Summary:
         """Watches until `stop` is set; `accept`: the operator says that all is well as it is.
@@ -95,7 +102,7 @@ class Session:
             await self._run_tasks(stop, accept)
         finally:
             self._finish()
-        summary = self._summary()
+        summary = self._account.summary(self._pipeline)
         for line in summary.lines():
             log.info("%s", line)
         return summary
@@ -141,17 +148,18 @@ class Session:
         """In the judging's thread: nobody else may touch the pipeline."""
         self._outlet.record(outcomes)
         self._journal.outcomes(outcomes, self._clock.now())
-        self._levels = self._pipeline.levels()
+        self._board.keep(self._pipeline)
 
     def _tell(self, outcomes: Sequence[Outcome]) -> None:
         """After each turn of the judging, in the event loop: both are alive."""
         self._outlet.tell(outcomes)
         now_s = self._clock.now()
-        if not self._ready and (not self._links.unopened or now_s - self._start_s > READY_S):
+        self._board.take(outcomes, now_s)
+        if not self._ready and (not self._links.unopened or now_s - self._board.start_s > READY_S):
             self._ready = True
             self._service.ready()
         self._service.alive(now_s)
-        self._service.status(worst_first(self._levels), now_s)
+        self._service.status(worst_first(self._board.levels), now_s)
 
     # The operator ---------------------------------------------------------------------------------
 
@@ -170,15 +178,13 @@ class Session:
                 self._operator.hear(outcome)
 
     async def _answer(self, request: Request) -> Answer:
-        if request.ask != STATUS:
-            log.info("operator: %s %s", request.ask, ", ".join(request.subjects))
-            return await self._operator.do(request)
-        now_s = self._clock.now()
-        return Answer(
-            ok=True,
-            levels={subject: level.name for subject, level in self._levels.items()},
-            texts=tuple(Said(now_s - said_s, one.severity, one.text) for said_s, one in self._outlet.texts),
-        )
+        if request.ask == WATCH:
+            return Answer(ok=True, telemetry=self._account.telemetry())
+        if request.ask == STATUS:
+            levels = {subject: level.name for subject, level in self._board.levels.items()}
+            return Answer(ok=True, levels=levels, texts=self._board.texts(self._clock.now()))
+        log.info("operator: %s %s", request.ask, ", ".join(request.subjects))
+        return await self._operator.do(request)
 
     # The state, and the end -----------------------------------------------------------------------
 
@@ -198,20 +204,3 @@ class Session:
             self._control.close()
             self._judging.finish(FINISH_S)
             self._store()
-
-    def _summary(self) -> Summary:
-        drops = {
-            **self._links.drops(),
-            "control": self._control.drops,
-            "pipeline": self._pipeline.drops() + self._outlet.lost + self._judging.lost,
-        }
-        return Summary(
-            duration_s=self._clock.now() - self._start_s,
-            behind_max_s=self._judging.behind_max_s,
-            frames=self._links.received(),
-            drops=drops,
-            findings=self._outlet.counts,
-            levels=self._pipeline.levels(),
-            remarks=self._pipeline.remarks() | self._links.remarks(),
-            unjudged=[subject for subject, newest in self._pipeline.newest.items() if newest is None],
-        )

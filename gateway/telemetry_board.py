@@ -70,12 +70,13 @@ class TelemetryBoard:
         start_s: when the run began.
 
     Attributes:
+        start_s: as given.
         levels: of the subjects, as the pilot was told.
         refused: what the pipeline has refused, by cause.
     """
 
     def __init__(self, vehicle: str, watched: Iterable[str], start_s: float) -> None:
-        self._vehicle, self._watched, self._start_s = vehicle, tuple(watched), start_s
+        self._vehicle, self._watched, self.start_s = vehicle, tuple(watched), start_s
         self._newest: dict[int | type[Judgement], Judgement] = {}
         self._latencies = [0] * (len(LATENCY_BOUNDS_S) + 1)
         self._latency_s = 0.0
@@ -113,15 +114,19 @@ class TelemetryBoard:
         """Copies what the pipeline alone knows: in the judging's thread, for nobody else may touch it."""
         self.levels, self.refused = pipeline.levels(), pipeline.drops()
 
+    def texts(self, now_s: float) -> tuple[Said, ...]:
+        """The newest texts for the pilot, the last one last."""
+        return tuple(Said(now_s - said_s, one.severity, one.text) for said_s, one in self._texts)
+
     def telemetry(self, now_s: float, counts: Counts) -> Telemetry:
         """How it is now."""
         return Telemetry(
             time_s=now_s,
             vehicle=self._vehicle,
-            running_s=now_s - self._start_s,
+            running_s=now_s - self.start_s,
             subjects=tuple(self._subjects()),
             links=tuple(map(self._link, counts.links)),
-            texts=tuple(Said(now_s - said_s, one.severity, one.text) for said_s, one in self._texts),
+            texts=self.texts(now_s),
             findings=dict(self._findings),
             drops={stage: dict(drops) for stage, drops in counts.drops.items()},
             behind_s=counts.behind_s,

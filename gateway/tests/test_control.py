@@ -52,7 +52,7 @@ def test_answers_come_back_whole(answer):
         (b"[" * 100_000, "no JSON"),
         (b"[]", "a list: want a JSON object"),
         (b"{}", "ask = None: want a word"),
-        (b'{"ask": "stop"}', "ask = 'stop': want one of status, acknowledge, accept, mute"),
+        (b'{"ask": "stop"}', "ask = 'stop': want one of status, watch, acknowledge, accept, mute"),
         (b'{"ask": "accept"}', "accept wants a subject, or all"),
         (b'{"ask": "status", "subjects": ["dvl"]}', "status goes without a subject"),
         (b'{"ask": "accept", "subjects": "dvl"}', "subjects: want a list of words"),

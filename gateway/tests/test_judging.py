@@ -166,6 +166,17 @@ async def test_how_late_it_is_is_said_once_a_second_and_before_all_that_waits(be
     assert bench.judging.behind_max_s == pytest.approx(1.5)
 
 
+async def test_how_far_behind_it_is_shows_while_a_batch_takes_its_time(bench):
+    bench.judging.advance(bench.clock.now())
+    running = await a_batch_under_way(bench)
+    bench.clock.now_s += 3.0  # the detector still works
+    assert bench.judging.behind_s == pytest.approx(3.0)
+    await bench.judging.close(5.0)
+    assert bench.judging.behind_s == pytest.approx(3.0)
+    running.cancel()
+    await asyncio.wait([running])
+
+
 async def test_what_finds_no_room_is_counted_and_told(config, monkeypatch):
     monkeypatch.setattr(judging, "WAITING_MAX", 5)
     bench = Bench(config)

@@ -1,7 +1,7 @@
 """What the board shows of a run: the newest of each subject, links as they are, how late it is, what was learnt."""
 
 import json
-from collections import Counter
+from collections import Counter, defaultdict
 from math import inf, isnan, nan
 from types import SimpleNamespace
 
@@ -15,7 +15,7 @@ from drivers.mavlink.messages import StatusText
 from drivers.readings import BusLoad, FrameLoss, LinkState
 from gateway.channel import NavigationJudgement, SpeedJudgement, ThrusterJudgement
 from gateway.findings import Finding
-from gateway.pipeline import Factories, Pipeline
+from gateway.pipeline import Arrival, Factories, Pipeline
 from gateway.severity import Severity
 from gateway.stopwatch import Stopwatch
 from gateway.subject_values import values_of
@@ -203,8 +203,12 @@ def test_blocks_in_which_a_model_is_learnt_are_measured(config):
     ticks = iter(range(10**6))
     stopwatch = Stopwatch(lambda: float(next(ticks)))  # a second for each block
     pipeline = Pipeline(config, Factories(thruster=ThrusterDetector), stopwatch.judge)
-    outcomes = play(pipeline, drive(25.0))
-    learnt = Counter(one.thruster for one in outcomes if isinstance(one, ThrusterJudgement) and one.verdict.refitted)
-    assert set(learnt) == {1, 2}
-    assert stopwatch.refits == {f"thruster {number}": Refits(n, float(n)) for number, n in learnt.items()}
+    learnt: defaultdict[str, list[int]] = defaultdict(list)
+    arrivals = [Arrival(*one) for one in drive(10.5)]
+    for begin in range(0, len(arrivals), 40):
+        judged = [one for one in pipeline.take(arrivals[begin : begin + 40]) if isinstance(one, ThrusterJudgement)]
+        for number, count in Counter(one.thruster for one in judged if one.verdict.refitted).items():
+            learnt[f"thruster {number}"].append(count)
+    assert len(learnt) == 2
+    assert stopwatch.refits == {name: Refits(sum(counts), float(len(counts))) for name, counts in learnt.items()}
     assert over_the_disk(pipeline.learnt()).keys() == {"thruster 1", "thruster 2"}

@@ -16,6 +16,7 @@ from gateway.config import load
 from gateway.control.protocol import Answer, Request
 from gateway.control.server import SocketTakenError
 from gateway.control.tell import ask
+from gateway.control.watching import Watching
 from gateway.findings import Finding
 from gateway.pipeline import Factories
 from gateway.run import run
@@ -82,6 +83,25 @@ async def test_status_and_all_three_acts(written, caplog):
     assert "operator: accept T2, T1" in caplog.messages
     cleared = [one.text for one in outcomes if isinstance(one, Finding) and one.subject == "thruster 2"]
     assert "T2 fault cleared: operator accepted" in cleared
+
+
+async def test_whoever_watches_sees_a_fault_come(written):
+    with Watching(written.parent / "gateway.sock") as watching:
+        async with watched(written) as (simulated, outcomes):
+            healthy = await asyncio.to_thread(watching.ask)
+            simulated.share = 0.7
+            await until(lambda: faults(outcomes))
+            faulty = await asyncio.to_thread(watching.ask)
+    level = {one.subject: one.level.name for one in healthy.subjects}
+    assert level["thruster 1"] == level["thruster 2"] == "NORMAL"
+    thruster = next(one for one in faulty.subjects if one.subject == "thruster 2")
+    assert (thruster.level.name, thruster.text) == ("FAULT", faulty.texts[-1].text)
+    assert thruster.values["residual_rpm"] < -100.0 and faulty.findings["FAULT"] == 1
+    can0, mavlink = faulty.links
+    assert (can0.name, can0.up, mavlink.name, mavlink.up) == ("can0", True, "mavlink", True)
+    assert can0.received > healthy.links[0].received > 300 and mavlink.received > 50
+    assert sum(faulty.latency_counts) > sum(healthy.latency_counts) > 150 and 0.0 <= faulty.behind_s < 5.0
+    assert 0.0 < healthy.running_s < faulty.running_s and {"control", "pipeline"} <= set(faulty.drops)
 
 
 async def test_the_command_prints_what_is_answered(written):
