@@ -59,6 +59,7 @@ class Part:
     Attributes:
         subject: "thruster 3", "speed", "navigation".
         settings: for the file; empty where something is missing.
+        removed: keys that contradict these settings, and are to be taken out of the file where they are in it.
         quantities: what was measured, also where that is not enough.
         missing: what is missing for a sound result, each with the way out, such as "astern was never commanded beyond
             -20 %: drive back and forth for 30 s". Empty: all is well.
@@ -68,6 +69,7 @@ class Part:
 
     subject: str
     settings: tuple[Setting, ...] = ()
+    removed: tuple[str, ...] = ()
     quantities: tuple[Quantity, ...] = ()
     missing: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()

@@ -31,7 +31,7 @@ SPEED_AT_START, FLOW_AT_START, SLIP_AT_START_S = 3.0, 1.5, 10.0
 ANYWHERE_M = 1e4
 # A position farther off than this, in standard deviations, is none; so many in a row are a jump of the track
 OUTLIER, JUMP = 5.0, 3
-# Eddies that a vehicle circles in and the drift of a large hull in turns pass for speed: a share of it, as measured by
+# Eddies that a vehicle circles in, and the drift of a large hull in turns, pass for speed: a share of it, measured by
 # `gateway bench commissioning`
 MODEL_ERROR = 0.04
 

@@ -91,4 +91,5 @@ def most_per_hour(events: int, hours: float) -> float:
 
 def spoken_rate(events: int, hours: float) -> str:
     """What was counted, and what it says: `0 in 2.5 h, so below 1.2 an hour (95 %)`."""
-    return f"{events} in {hours:.1f} h, so below {most_per_hour(events, hours):.1g} an hour (95 %)"
+    most = most_per_hour(events, hours)
+    return f"{events} in {hours:.1f} h, so below {most:.{1 if most < 10.0 else 0}f} an hour (95 %)"

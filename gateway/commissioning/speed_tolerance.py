@@ -1,0 +1,137 @@
+"""How far a healthy vehicle's speed, as the speed watch sees it, is off the curve: what its tolerance is set by."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import ceil, hypot
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from detectors.speed import PoseSample, SpeedConfig, SpeedCurve, SpeedDetector
+from detectors.speed.evidence import FAST, MODEL_ERROR, NOTHING_AT
+from detectors.verdict import Level
+from gateway.commissioning.tail import Tail, peaks_of, tail_of
+
+FloatArray: TypeAlias = NDArray[np.float64]
+
+TOLERANCE_MIN, TOLERANCE_MAX = 0.1, 0.6
+WIDE = 0.95  # a tolerance at which nothing is found
+SUSTAINED = 4  # estimates in a row, one a second: fewer are no fault yet
+APART_S = 30.0  # what is off is off for so long
+USUAL_E_FOLD = 0.02  # of the tolerance, before anything is measured
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Normal:
+    """What is normal: a curve over the command, or one speed where no command is known.
+
+    Attributes:
+        speed: SpeedCurve, or m/s.
+        surge_time_s: with which the speed follows the command.
+    """
+
+    speed: SpeedCurve | float
+    surge_time_s: float
+
+    def settings(self, config: SpeedConfig, tolerance: float) -> SpeedConfig:
+        """Of a detector that knows this, with all else as configured."""
+        estimator = "interacting" if config.estimator == "published" else config.estimator
+        base = replace(
+            config,
+            estimator=estimator,
+            tolerance=tolerance,
+            surge_time_s=self.surge_time_s,
+            range_command=None,
+            speed_curve=None,
+            speed_min_mps=None,
+            speed_max_mps=None,
+        )
+        if isinstance(self.speed, SpeedCurve):
+            return replace(base, speed_curve=self.speed)
+        low_mps, high_mps = (1.0 - tolerance) * self.speed, (1.0 + tolerance) * self.speed
+        return replace(base, speed_min_mps=low_mps, speed_max_mps=high_mps)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Course:
+    """What the watch saw of one dive, once a second where it knew something.
+
+    Attributes:
+        time_s: (N,)
+        command: (N,) NaN: not known.
+        speed_mps: (N,)
+        ratio, error: (N,) speed and its standard deviation, as shares of the normal speed.
+    """
+
+    time_s: FloatArray
+    command: FloatArray
+    speed_mps: FloatArray
+    ratio: FloatArray
+    error: FloatArray
+
+    @property
+    def needed(self) -> FloatArray:
+        """(N,) the tolerance at which the watch would not have held anything against the vehicle; 0: any."""
+        spread = np.hypot(self.error, MODEL_ERROR)
+        slow = 1.0 - self.ratio - NOTHING_AT * spread
+        fast = self.ratio - 1.0 - NOTHING_AT * FAST * spread
+        off = np.maximum(slow, fast)
+        off[off < spread] = 0.0  # a range that fits into the doubt is not judged by
+        if len(off) < SUSTAINED:
+            return np.zeros(len(off))
+        windows = np.lib.stride_tricks.sliding_window_view(off, SUSTAINED)
+        return np.append(np.zeros(SUSTAINED - 1), np.maximum(windows.min(axis=1), 0.0))
+
+
+def watched(samples: Sequence[PoseSample], normal: Normal, config: SpeedConfig) -> Course:
+    """What the detector makes of a dive, given what is normal."""
+    detector = SpeedDetector(normal.settings(config, WIDE))
+    rows, newest_s = [], -np.inf
+    for sample in samples:
+        verdict = detector.update(sample)
+        usual_mps = verdict.speed_max_mps / (1.0 + WIDE)
+        if verdict.reason or not np.isfinite(usual_mps) or usual_mps == 0.0 or sample.time_s - newest_s < 1.0:
+            continue
+        newest_s = sample.time_s
+        command = np.nan if sample.command is None else sample.command
+        ratio, error = verdict.speed_mps / usual_mps, verdict.speed_error_mps / abs(usual_mps)
+        rows.append((sample.time_s, command, verdict.speed_mps, ratio, error))
+    return Course(*np.array(rows, dtype=np.float64).reshape(-1, 5).T)
+
+
+def tail(courses: Sequence[Course]) -> Tail:
+    """How often which tolerance is needed.
+
+    Raises:
+        ValueError: too few seconds that the watch could judge.
+    """
+    peaks = [peaks_of(course.time_s, course.needed, APART_S) for course in courses]
+    return tail_of(np.concatenate(peaks or [np.empty(0)]), judged_hours(courses), USUAL_E_FOLD)
+
+
+def judged_hours(courses: Sequence[Course]) -> float:
+    """In which the watch knew something."""
+    return sum(len(course.time_s) for course in courses) / 3600.0
+
+
+def tolerance_for(law: Tail, false_alarms_per_hour: float, curve_error: float) -> float:
+    """The tolerance that is needed so often, in hundredths, within sensible bounds.
+
+    Args:
+        law: of what healthy dives needed.
+        false_alarms_per_hour: that are wanted.
+        curve_error: standard deviation of the normal speed, as a share of it: the next dive shows it as an offset.
+    """
+    doubt = hypot(law.level_error(false_alarms_per_hour), curve_error)
+    wanted = ceil(100.0 * (law.level(false_alarms_per_hour) + doubt) - 1e-9) / 100.0
+    return min(max(wanted, TOLERANCE_MIN), TOLERANCE_MAX)
+
+
+def false_alarms(samples: Sequence[PoseSample], normal: Normal, config: SpeedConfig, tolerance: float) -> int:
+    """FAULTs of the real detector that begin in a healthy dive."""
+    detector = SpeedDetector(normal.settings(config, tolerance))
+    faulty = [detector.update(sample).level is Level.FAULT for sample in samples]
+    return sum(now and not before for before, now in zip([False, *faulty], faulty, strict=False))
