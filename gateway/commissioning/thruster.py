@@ -1,0 +1,84 @@
+"""Commissioning of one thruster: what its dives show of it, or what is missing in them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from gateway.commissioning.dive import RecordedDive, ThrusterSamples
+from gateway.commissioning.excitation import excitation
+from gateway.commissioning.part import Part
+from gateway.commissioning.thruster_figures import thruster_figures
+from gateway.commissioning.thruster_response import ThrusterResponse, response
+from gateway.commissioning.thruster_words import missing, quantities, remarks, unhealthy
+from gateway.config import Config
+from gateway.config_sections import Thruster
+
+
+@dataclass(frozen=True, slots=True)
+class LearntThruster:
+    """What came of one thruster.
+
+    Attributes:
+        number: of it.
+        part: for the user.
+        dives: those that have samples of it at its rate, in their order; samples: of each of these.
+        response: None where that is not known.
+    """
+
+    number: int
+    part: Part
+    dives: tuple[RecordedDive, ...] = ()
+    samples: tuple[ThrusterSamples, ...] = ()
+    response: ThrusterResponse | None = None
+
+    @property
+    def sound(self) -> bool:
+        """Whether nothing is missing."""
+        return self.response is not None and not self.part.missing
+
+
+def commission_thruster(
+    thruster: Thruster, config: Config, dives: Sequence[RecordedDive], vouched: bool
+) -> LearntThruster:
+    """Learns one thruster.
+
+    Args:
+        thruster: which.
+        config: with which settings of the detector.
+        dives: all of them.
+        vouched: the user says that they are healthy, whatever was found in them.
+    """
+    subject = f"thruster {thruster.number}"
+    heard = [dive for dive in dives if thruster.number in dive.thrusters]
+    if not heard:
+        return LearntThruster(thruster.number, Part(subject, missing=(_unheard(thruster),)))
+    rate_hz = _rate_hz([dive.thrusters[thruster.number] for dive in heard])
+    used = tuple(dive for dive in heard if dive.thrusters[thruster.number].rate_hz == rate_hz)
+    samples = tuple(dive.thrusters[thruster.number] for dive in used)
+    driven, answer = excitation(samples), response(samples, config.detector.thruster)
+    others = [dive.name for dive in heard if dive not in used]
+    part = Part(
+        subject,
+        quantities=tuple(quantities(driven, answer)),
+        missing=(*(() if vouched else unhealthy(subject, used)), *missing(driven, answer, used)),
+        remarks=tuple(remarks(thruster, driven, answer, rate_hz, others)),
+        figures=tuple(thruster_figures(thruster, samples, answer)),
+    )
+    return LearntThruster(thruster.number, part, used, samples, answer)
+
+
+def _unheard(thruster: Thruster) -> str:
+    return (
+        f"it has no sample in these logs: neither were speeds and commands of it over {thruster.rpm.link} and"
+        f" {thruster.command.link} heard together. Are they of this vehicle, and complete?"
+    )
+
+
+def _rate_hz(samples: Sequence[ThrusterSamples]) -> float:
+    """At which most was sampled: a delay in samples has no meaning at another rate."""
+    seconds: Counter[float] = Counter()
+    for one in samples:
+        seconds[one.rate_hz] += int(len(one) / one.rate_hz)
+    return seconds.most_common(1)[0][0]
