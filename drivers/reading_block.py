@@ -140,6 +140,15 @@ class ReadingBlock:
             tuple((row, replace(reading, time_s=time_of(reading.time_s))) for row, reading in self.others),
         )
 
+    def reordered(self, row: IndexArray) -> ReadingBlock:
+        """The same in other rows. `row`: (rows,) the new one of each, such that those of one column still rise."""
+        others = [(int(row[old]), reading) for old, reading in self.others]
+        return ReadingBlock(
+            tuple(replace(one, row=row[one.row]) for one in self.commands),
+            tuple(replace(one, row=row[one.row]) for one in self.reports),
+            tuple(sorted(others, key=itemgetter(0))),
+        )
+
     def _shifted(self, rows: int) -> ReadingBlock:
         return ReadingBlock(
             tuple(replace(one, row=one.row + rows) for one in self.commands),

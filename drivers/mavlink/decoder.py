@@ -15,7 +15,7 @@ from drivers.mavlink.encoder import COMPANION_COMPONENT, check_component
 from drivers.mavlink.fixes import PositionFixes
 from drivers.mavlink.formats import ESC_TELEMETRY, MessageFormat
 from drivers.mavlink.forwarded_frames import ForwardedFrames
-from drivers.mavlink.frames import FrameScanner, Gate, Packet
+from drivers.mavlink.frames import FrameScanner, Gate, Packet, frame_at
 from drivers.mavlink.inertial import Barometers, InertialUnits
 from drivers.mavlink.messages import CommandAck, TimeSync
 from drivers.mavlink.own_frames import OwnFrames
@@ -132,6 +132,15 @@ class MavlinkDecoder:
         self.heard[packet.message_id] += 1
         unpack, handle = known
         return handle(unpack(packet.payload), time_s)
+
+    def sent(self, data: bytes, time_s: float) -> None:
+        """Takes a packet that we sent, in a replay of what came and went: it and its answer are known again."""
+        self.own.sent(data, time_s)
+        frame = frame_at(data, 0)
+        if frame is not None and frame.message_id == formats.TIMESYNC.message_id:
+            answered_ns, asked_ns, *_ = formats.TIMESYNC.unpack(data[frame.payload_start : frame.payload_end])
+            if answered_ns == 0:
+                self.timesync.asked(asked_ns)
 
     def answers(self) -> list[CommandAck | TimeSync]:
         """What is to be sent at once, by the rules of the protocol alone; each is given out once."""

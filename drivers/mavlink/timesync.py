@@ -64,9 +64,13 @@ class Timesync:
         if 0.0 <= time_s - self._asked_s < PERIOD_S:
             return None
         self._asked_s = time_s
-        asked_ns = round(time_s * 1e9)
+        question = TimeSync(0, round(time_s * 1e9), own_system, AUTOPILOT_COMPONENT)
+        self.asked(question.asked_ns)
+        return question
+
+    def asked(self, asked_ns: int) -> None:
+        """A question with this time of ours went out: its answer is waited for."""
         self._open.append(asked_ns)
-        return TimeSync(0, asked_ns, own_system, AUTOPILOT_COMPONENT)
 
     def take(self, packet: Packet, own_system: int | None, time_s: float) -> AutopilotClock | TimeSync | None:
         """What comes of a TIMESYNC: the newest of the autopilot's clock, an answer to send, or nothing.

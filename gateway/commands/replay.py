@@ -95,13 +95,11 @@ def _replayed(
     """What a replay came to, and what it has found, in lines."""
     # with all detectors and log readers: no other command should wait for them
     from gateway.outlet import NOTES
-    from gateway.replay.clocks import on_one_clock
-    from gateway.replay.grouping import grouped
+    from gateway.replay.reels import reels
     from gateway.replay.session import replay as replay_logs
 
     inputs = [log_input(one, config.links()) for one in logs]
     given_s = offsets_s(offsets, inputs)
-    timed = on_one_clock(grouped(inputs, config, given_s), config, given_s)
     found: list[str] = []
     begin_s = time.perf_counter()
     columns = (SpinnerColumn(), TextColumn("{task.description}"))
@@ -116,7 +114,9 @@ def _replayed(
                     found.append(_line(finding, place.begin_s, note=finding.detector in NOTES))
                     bar.console.print(found[-1], style=_STYLES.get(finding.severity), highlight=False, markup=False)
 
-        return replay_logs(config, timed, out / FINDINGS, show, jobs=os.cpu_count() or 1), found
+        return replay_logs(
+            config, reels(inputs, config, given_s), out / FINDINGS, show, jobs=os.cpu_count() or 1
+        ), found
 
 
 _STYLES = {Severity.CRITICAL: "bold red", Severity.ERROR: "red", Severity.WARNING: "yellow"}

@@ -9,10 +9,10 @@ from pathlib import Path
 
 from drivers.logs.kinds import HEAD_BYTES
 
-DATAFLASH_MAGIC, ULOG_MAGIC = b"\xa3\x95", b"ULog"
+DATAFLASH_MAGIC, ULOG_MAGIC, MCAP_MAGIC = b"\xa3\x95", b"ULog", b"\x89MCAP0\r\n"
 MAVLINK_MAGICS = (0xFE, 0xFD)
 STAMP_BYTES = 8
-SUFFIXES = {".bin": "dataflash", ".ulg": "ulog", ".tlog": "tlog"}
+SUFFIXES = {".bin": "dataflash", ".ulg": "ulog", ".tlog": "tlog", ".mcap": "recording"}
 
 
 class LogKind(StrEnum):
@@ -22,6 +22,7 @@ class LogKind(StrEnum):
     TLOG = "tlog"
     DATAFLASH = "dataflash"
     ULOG = "ulog"
+    RECORDING = "recording"
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +62,8 @@ def _kind(path: Path) -> LogKind:
         return LogKind.DATAFLASH
     if head.startswith(ULOG_MAGIC):
         return LogKind.ULOG
+    if head.startswith(MCAP_MAGIC):
+        return LogKind.RECORDING
     if head[STAMP_BYTES : STAMP_BYTES + 1] and head[STAMP_BYTES] in MAVLINK_MAGICS and not head.isascii():
         return LogKind.TLOG
     return LogKind(SUFFIXES.get(path.suffix.lower(), LogKind.CAN))

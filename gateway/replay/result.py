@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from pathlib import Path
 
 from detectors.verdict import Level
+from drivers.logs.damage import DamageReport
+from gateway.pipeline import Pipeline
 from gateway.replay.set_back import SetBack
 from gateway.stretches.stretch import BlockArrival
 from gateway.summary import listed, worst_first
@@ -50,6 +53,16 @@ class ReplayResult:
         """Whether something was found."""
         return bool(self.findings[Level.FAULT.name])
 
+    def add_drops(self, drops: Mapping[str, Counter[str]]) -> None:
+        """Adds what was thrown away, by link and cause."""
+        for place, causes in drops.items():
+            self.drops[place] = self.drops.get(place, Counter()) + causes
+
+    def add_log(self, path: Path, damage: DamageReport, remarks: Sequence[str]) -> None:
+        """Adds a log: how much was read of it, what is to be said of it, and what was lost."""
+        lost = [f"lost, {line}" for line in damage.lines()]
+        self.logs[str(path)] = [f"{damage.records} records", *remarks, *lost]
+
     def cover(self, arrivals: Sequence[BlockArrival]) -> None:
         """Takes the times of a stretch that was judged."""
         several_s = [arrival.readings.times()[1] for arrival in arrivals]
@@ -60,6 +73,14 @@ class ReplayResult:
             pause_s = first_s - self.end_s
             self.duration_s += last_s - (first_s if pause_s > STILL_S else self.end_s)
             self.end_s = last_s
+
+    def end_reel(self, pipeline: Pipeline) -> None:
+        """Takes what a pipeline came to: levels and remarks are the last one's; what any has judged was judged."""
+        never = [subject for subject, newest in pipeline.newest.items() if newest is None]
+        self.unjudged = [one for one in never if one in self.unjudged or not self.judged]
+        self.judged = self.judged or len(never) < len(pipeline.newest)
+        self.levels, self.remarks = pipeline.levels(), pipeline.remarks()
+        self.add_drops({"pipeline": pipeline.drops()})
 
     def lines(self) -> list[str]:
         """For people."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,12 +14,12 @@ from gateway.config import Config
 from gateway.findings import Finding, FindingsFile
 from gateway.outlet import NOTES
 from gateway.pipeline import Factories, Pipeline
-from gateway.replay.clocks import TimedLog
 from gateway.replay.detector_processes import detector_processes
-from gateway.replay.merging import stretches
 from gateway.replay.onlooker import Nobody, Onlooker
 from gateway.replay.prefetch import prefetched
-from gateway.replay.result import ReplayResult, told
+from gateway.replay.reel import Reel
+from gateway.replay.result import ReplayResult
+from gateway.stretches.stretch import BlockArrival
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,18 +39,18 @@ class Progress:
 
 def replay(
     config: Config,
-    logs: Sequence[TimedLog],
+    reels: Sequence[Reel],
     findings: Path,
     progress: Callable[[Progress], None] = lambda _: None,
     factories: Factories | None = None,
     jobs: int = 1,
     onlooker: Onlooker | None = None,
 ) -> ReplayResult:
-    """Has the pipeline judge the logs, and writes what it finds.
+    """Has a pipeline judge each reel, and writes what it finds.
 
     Args:
         config: what to watch.
-        logs: on one clock, see `gateway.replay.clocks`.
+        reels: one after the other, see `gateway.replay.reels`.
         findings: file for them; one that is there is replaced.
         progress: hears how far it is.
         factories: makes the detectors; None: the real ones.
@@ -62,25 +62,44 @@ def replay(
         ValueError: a log is not what its name says, or two logs are of one link.
     """
     findings.unlink(missing_ok=True)
-    result, onlooker = ReplayResult(), onlooker or Nobody()
     with (
         threadpool_limits(limits=1, user_api="blas"),
         FindingsFile(findings) as file,
         _factories(factories, min(jobs, len(config.thruster))) as made_by,
     ):
-        pipeline = Pipeline(_without_plots(config), made_by)
-        for arrivals in prefetched(stretches(logs)):
-            onlooker.stretch(arrivals)
-            outcomes = pipeline.take_stretch(arrivals, onlooker.seen)
-            found = [one for one in outcomes if isinstance(one, Finding)]
-            for finding in found:
-                file.append(finding)
-            result.cover(arrivals)
-            result.findings += Counter(one.level.name for one in found if one.detector not in NOTES)
-            progress(Progress(result.begin_s or 0.0, result.duration_s, found))
-        _account(result, pipeline, logs)
-        onlooker.end(pipeline)
-    return result
+        session = _Session(file, progress, onlooker or Nobody())
+        for reel in reels:
+            session.judge(reel, Pipeline(_without_plots(config), made_by))
+    return session.result
+
+
+class _Session:
+    """Reel by reel."""
+
+    def __init__(self, file: FindingsFile, progress: Callable[[Progress], None], onlooker: Onlooker) -> None:
+        self._file, self._progress, self._onlooker = file, progress, onlooker
+        self.result = ReplayResult()
+
+    def judge(self, reel: Reel, pipeline: Pipeline) -> None:
+        """Takes the next one."""
+        reel.begin(pipeline)
+        found: list[Finding] = []
+        for arrivals in prefetched(reel):
+            self._onlooker.stretch(arrivals)
+            outcomes = pipeline.take_stretch(arrivals, self._onlooker.seen)
+            newest = [one for one in outcomes if isinstance(one, Finding)]
+            found += newest
+            self._keep(arrivals, newest)
+        self.result.end_reel(pipeline)
+        reel.account(self.result, found)
+        self._onlooker.end(pipeline)
+
+    def _keep(self, arrivals: Sequence[BlockArrival], found: Sequence[Finding]) -> None:
+        for finding in found:
+            self._file.append(finding)
+        self.result.cover(arrivals)
+        self.result.findings += Counter(one.level.name for one in found if one.detector not in NOTES)
+        self._progress(Progress(self.result.begin_s or 0.0, self.result.duration_s, found))
 
 
 @contextmanager
@@ -97,18 +116,3 @@ def _without_plots(config: Config) -> Config:
     if config.mavlink is None:
         return config
     return replace(config, mavlink=config.mavlink.model_copy(update={"named_values_period_s": 0.0}))
-
-
-def _account(result: ReplayResult, pipeline: Pipeline, logs: Iterable[TimedLog]) -> None:
-    result.levels, result.remarks = pipeline.levels(), pipeline.remarks()
-    result.unjudged = [subject for subject, newest in pipeline.newest.items() if newest is None]
-    result.judged = len(result.unjudged) < len(pipeline.newest)
-    for one in logs:
-        result.drops |= one.readings.drops()
-        result.unused += one.readings.unused
-        for path, damage in one.readings.damage.items():
-            clock = [f"clock {one.remark}"] if one.remark else []
-            set_back = [told(step) for step in one.readings.set_back.get(path, ())]
-            lost = [f"lost, {line}" for line in damage.lines()]
-            result.logs[str(path)] = [f"{damage.records} records", *clock, *set_back, *lost]
-    result.drops["pipeline"] = pipeline.drops()

@@ -91,6 +91,21 @@ def begun(mavlink: Mavlink, state: Path, time_s: float) -> Signing | None:
     return Signing(_key(mavlink.signing_key), time_s, mavlink.signing_link_id, mavlink.accept_unsigned, history)
 
 
+def replayed(mavlink: Mavlink, time_s: float) -> Signing | None:
+    """Signing as a run began it that knew of no run before; None where no key is set.
+
+    Args:
+        mavlink: the settings.
+        time_s: when it began, unix.
+
+    Raises:
+        ConfigError: the key file cannot be used.
+    """
+    if mavlink.signing_key is None:
+        return None
+    return Signing(_key(mavlink.signing_key), time_s, mavlink.signing_link_id, mavlink.accept_unsigned)
+
+
 def _memory(state: Path) -> SigningMemory:
     return SigningMemory(state.with_name(state.name + STAMPS_SUFFIX))
 

@@ -71,10 +71,8 @@ def _heard(
     """From the first to the last time in each interval; where nobody would notice a gap, in all of them together."""
     if not len(rank):
         return
-    if unnoticed:
-        firsts = np.zeros(1, dtype=np.intp)
-    else:
-        firsts = np.flatnonzero(np.diff(interval, prepend=interval[0] - 1))
+    changes = np.diff(interval, prepend=interval[0] - 1)
+    firsts = np.zeros(1, dtype=np.intp) if unnoticed else np.flatnonzero(changes)
     lasts = np.append(firsts[1:], len(rank)) - 1
     for first, last in zip(firsts.tolist(), lasts.tolist(), strict=True):
         yield int(rank[first]), partial(_hear_from, hear, float(time_s[first]), float(time_s[last]))

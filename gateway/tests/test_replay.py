@@ -25,9 +25,8 @@ from drivers.readings import LinkState, Reading
 from gateway.config import Config, load, parse
 from gateway.findings import Finding
 from gateway.pipeline import Arrival, Factories, Now, Pipeline
-from gateway.replay.clocks import on_one_clock
-from gateway.replay.grouping import grouped
 from gateway.replay.log_input import log_input
+from gateway.replay.reels import reels
 from gateway.replay.result import ReplayResult
 from gateway.replay.session import replay
 from gateway.tests.conftest import ThresholdDetector
@@ -83,8 +82,8 @@ def received(config: Config, frames: Iterable[CanFrame]) -> list[Arrival]:
 def replayed(
     config: Config, logs: Iterable[Path], out: Path, factories: Factories | None = FAKES
 ) -> tuple[list[str], ReplayResult]:
-    timed = on_one_clock(grouped([log_input(str(log), config.links()) for log in logs], config), config, {})
-    result = replay(config, timed, out, factories=factories)
+    inputs = [log_input(str(log), config.links()) for log in logs]
+    result = replay(config, reels(inputs, config), out, factories=factories)
     return out.read_text(encoding="utf-8").splitlines(), result
 
 

@@ -6,9 +6,8 @@ import pytest
 
 from drivers.logs.tests.dataflash_writer import heading, record
 from gateway.config import parse
-from gateway.replay.clocks import on_one_clock
-from gateway.replay.grouping import grouped
 from gateway.replay.log_input import log_input
+from gateway.replay.reels import reels
 from gateway.replay.result import ReplayResult
 from gateway.replay.session import replay
 from gateway.tests.recorded_dives import (
@@ -43,8 +42,7 @@ def replayed(folder, tmp_path):
         config = parse(TWO_LINKS, tmp_path)
         given = {folder / name: seconds for name, seconds in (given_s or {}).items()}
         inputs = [log_input(str(folder / name), config.links()) for name in names]
-        timed = on_one_clock(grouped(inputs, config, given), config, given)
-        return replay(config, timed, tmp_path / "findings.jsonl", factories=FAKES)
+        return replay(config, reels(inputs, config, given), tmp_path / "findings.jsonl", factories=FAKES)
 
     return act
 

@@ -1,4 +1,4 @@
-"""Readings in the order of a recording, which is that of their arrival: links and this program overtake each other."""
+"""Readings in the order of a recording, that of their arrival: links and this program overtake each other."""
 
 from __future__ import annotations
 

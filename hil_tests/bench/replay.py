@@ -13,9 +13,8 @@ from rich.console import Console
 from rich.table import Table
 
 from gateway.config import load
-from gateway.replay.clocks import on_one_clock
-from gateway.replay.grouping import grouped
 from gateway.replay.log_input import log_input
+from gateway.replay.reels import reels
 from gateway.replay.session import replay as replay_logs
 from hil_tests.bench.dive_log import RATE_HZ, THRUSTERS, write_candump, write_config, write_tlog
 from hil_tests.bench.figures import console_beside, shared_options, write
@@ -53,8 +52,8 @@ def replayed(seconds: int, jobs: int) -> Figures:
         frames, messages = write_candump(candump, seconds), write_tlog(tlog, seconds)
         wall_s, cpu_s = time.perf_counter(), _cpu_s()
         settings = load(config)
-        logs = grouped([log_input(str(path), settings.links()) for path in (candump, tlog)], settings)
-        result = replay_logs(settings, on_one_clock(logs, settings, {}), Path(folder) / "findings.jsonl", jobs=jobs)
+        logs = [log_input(str(path), settings.links()) for path in (candump, tlog)]
+        result = replay_logs(settings, reels(logs, settings), Path(folder) / "findings.jsonl", jobs=jobs)
         wall_s, cpu_s = time.perf_counter() - wall_s, _cpu_s() - cpu_s
     return Figures(
         result.duration_s, frames, messages, wall_s, cpu_s, result.duration_s / wall_s, result.findings["FAULT"]

@@ -12,9 +12,8 @@ import pytest
 
 from gateway.config import load
 from gateway.pipeline import Factories
-from gateway.replay.clocks import on_one_clock
-from gateway.replay.grouping import grouped
 from gateway.replay.log_input import log_input
+from gateway.replay.reels import reels
 from gateway.replay.session import replay
 from hil_tests.playback.play import play, play_file
 from hil_tests.playback.way import Way
@@ -84,7 +83,7 @@ def replayed(folder, out):
     """Lines of the findings of a replay of what the gateway heard in a play."""
     config = load(folder / "gateway.toml")
     inputs = [log_input(str(folder / name), config.links()) for name in ("can.log", "heard.tlog")]
-    replay(config, on_one_clock(grouped(inputs, config, {}), config, {}), out)
+    replay(config, reels(inputs, config), out)
     return out.read_text().splitlines()
 
 

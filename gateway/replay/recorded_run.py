@@ -1,0 +1,87 @@
+"""A run of the gateway as it recorded itself: the pipeline gets the same again, and comes to the same findings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from itertools import chain
+from pathlib import Path
+
+from drivers.logs.damage import DamageReport
+from gateway import state
+from gateway.config import Config
+from gateway.findings import Finding
+from gateway.pipeline import Pipeline
+from gateway.recording.entries import About, Entry, Found
+from gateway.recording.reading import read_entries
+from gateway.replay.merging import STRETCH_S
+from gateway.replay.recorded_links import RecordedLinks
+from gateway.replay.recorded_order import in_stretches
+from gateway.replay.result import ReplayResult
+from gateway.stretches.stretch import BlockArrival
+from gateway.supervisor import Memory
+
+Read = Callable[[Path, DamageReport], Iterator[Sequence[Entry]]]
+
+
+class RecordedRun:
+    """A `Reel`: one run, or so many parts of it as follow each other.
+
+    Args:
+        parts: what its files say of themselves, in order.
+        config: what is watched; it need not be that of the run.
+        read: the entries of a file, chunk by chunk.
+    """
+
+    def __init__(self, parts: Sequence[tuple[Path, About]], config: Config, read: Read = read_entries) -> None:
+        self._config, self._read, self._about = config, read, parts[0][1]
+        self._damage = {path: DamageReport() for path, _ in parts}
+        self._links = RecordedLinks(config, self._about.started_s)
+        self._found: list[Finding] = []
+        self._foreign = ""
+
+    def begin(self, pipeline: Pipeline) -> None:
+        """Gives it what an earlier run had learnt, as far as that has a meaning with this configuration."""
+        if not self._about.state:
+            return
+        try:
+            known = state.unpack(self._about.state)
+        except state.StateError as error:
+            self._foreign = f"what was learnt before: {error}: all is learnt anew"
+            return
+        others = pipeline.recall(known.learnt)
+        if others:
+            self._foreign = f"what was learnt before is of others, and learnt anew: {', '.join(others)}"
+        if self._about.resumed and isinstance(known.passing, Memory):
+            pipeline.resume(known.passing)
+
+    def __iter__(self) -> Iterator[list[BlockArrival]]:
+        """See `Reel`."""
+        chunks = chain.from_iterable(self._read(path, damage) for path, damage in self._damage.items())
+        for entries in in_stretches(chunks, STRETCH_S):
+            for entry in entries:
+                if isinstance(entry, Found):
+                    self._found.append(entry.finding)
+                else:
+                    self._links.take(entry)
+            arrivals = self._links.arrivals()
+            if arrivals:
+                yield arrivals
+
+    def account(self, result: ReplayResult, found: Sequence[Finding] | None) -> None:
+        """See `Reel`."""
+        result.add_drops(self._links.drops())
+        result.unused += self._links.unused
+        remarks = [one for one in (self._links.remark, self._foreign, self._as_live(found)) if one]
+        for path, damage in self._damage.items():
+            result.add_log(path, damage, remarks)
+            remarks = []  # of the run, and said once
+
+    def _as_live(self, found: Sequence[Finding] | None) -> str:
+        """Whether the run itself found the same."""
+        if found is None:
+            return ""
+        ours, live = [one.json_line() for one in found], [one.json_line() for one in self._found]
+        if ours == live:
+            return f"the {len(live)} findings are those of the run itself"
+        other = "" if self._config.text == self._about.config else ", by another configuration"
+        return f"{len(ours)} findings, where the run itself had {len(live)}{other}"
