@@ -45,9 +45,7 @@ EVERY_S = 0.5
 @click.option(
     "--offset", "offsets", multiple=True, metavar="LOG=SECONDS", help="Added to the times of LOG, as in replay."
 )
-@click.option(
-    "--plain", is_flag=True, help="A line of text for each change; so it is, too, where there is no terminal."
-)
+@click.option("--plain", is_flag=True, help="A line of text for each change, as where there is no terminal.")
 def watch(
     config: Path, log: tuple[str, ...], speed: float, every_s: float, offsets: tuple[str, ...], plain: bool
 ) -> None:
@@ -60,7 +58,7 @@ def watch(
     """
     try:
         settings = load(config)
-        source = _played(settings, log, offsets, Pace(speed)) if log else _live(settings)
+        source = _played(settings, log, offsets, Pace(speed), every_s) if log else _live(settings)
     except (ConfigError, ValueError, OSError) as error:
         raise click.ClickException(_words(error)) from error
     try:
@@ -78,10 +76,11 @@ def _live(settings: Config) -> Source:
     return LiveSource(Watching(settings.files.control), time.time)
 
 
-def _played(settings: Config, logs: tuple[str, ...], offsets: tuple[str, ...], pace: Pace) -> RecordedSource:
+def _played(
+    settings: Config, logs: tuple[str, ...], offsets: tuple[str, ...], pace: Pace, every_s: float
+) -> RecordedSource:
     # with all detectors and log readers: no other command should wait for them
-    from gateway.replay.clocks import on_one_clock
-    from gateway.replay.grouping import grouped
+    from gateway.replay.reels import reels
     from gateway.watch.recorded_dive import RecordedDive
     from gateway.watch.recorded_source import RecordedSource
 
@@ -89,10 +88,10 @@ def _played(settings: Config, logs: tuple[str, ...], offsets: tuple[str, ...], p
     given_s = offsets_s(offsets, inputs)
 
     def dive() -> RecordedDive:
-        return RecordedDive(settings, on_one_clock(grouped(inputs, settings, given_s), settings, given_s))
+        return RecordedDive(settings, reels(inputs, settings, given_s))
 
     name = ", ".join(one.path.name for one in inputs)
-    return RecordedSource(name, dive, pace, time.monotonic)
+    return RecordedSource(name, dive, pace, every_s, time.monotonic)
 
 
 def _is_screen() -> bool:
@@ -101,8 +100,10 @@ def _is_screen() -> bool:
 
 def _print(source: Source, every_s: float) -> None:
     from gateway.watch.plain import changes
+    from gateway.watch.source import Rhythm
 
-    for line in changes(source, every_s, time.sleep):
+    rhythm = Rhythm(every_s, time.monotonic)
+    for line in changes(source, lambda: time.sleep(rhythm.rest_s())):
         click.echo(line)
 
 

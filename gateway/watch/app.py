@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, ClassVar
@@ -15,7 +16,7 @@ from textual.widgets import Footer, Static
 from gateway.watch.lines import Lines
 from gateway.watch.palette import COLOURED, PLAIN
 from gateway.watch.rates import Rates
-from gateway.watch.source import Look, Source
+from gateway.watch.source import Look, Rhythm, Source
 from gateway.watch.view import Frame, headline, picture, texts
 
 
@@ -71,11 +72,12 @@ class WatchApp(App[None]):
 
     async def _watch(self) -> None:
         """Looks are in a thread: whoever is asked may take his time, and keys are heard all the while."""
+        rhythm = Rhythm(self._every_s, time.monotonic)
         while True:
             look = await asyncio.to_thread(self.source.look)
             if not self._held:
                 self.take(look)
-            await asyncio.sleep(self._every_s)
+            await asyncio.sleep(rhythm.rest_s())
 
     def take(self, look: Look) -> None:
         """Shows what was seen."""

@@ -3,31 +3,30 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
-from math import inf
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from math import inf, isfinite
 
 from detectors.verdict import Level
-from gateway.control.protocol import Said
-from gateway.telemetry import LinkTelemetry, SubjectTelemetry, Telemetry
+from gateway.telemetry import LinkTelemetry, Said, SubjectTelemetry, Telemetry
 from gateway.watch.rows import RANKS
 from gateway.watch.source import Look, Source
 from gateway.watch.view import headline, state_word
-from gateway.watch.words import counted, number, severity_word, short
+from gateway.watch.words import counted, severity_word, short
 
 # of texts that were seen before: their times are found from ages, and those are rounded
 SAME_S = 1e-3
 _NUMBER = re.compile(r"\d+([.,:]\d+)*")
 
 
-def changes(source: Source, every_s: float, sleep: Callable[[float], None]) -> Iterator[str]:
-    """The lines of all looks, until there is nothing more to see."""
+def changes(source: Source, wait: Callable[[], None]) -> Iterator[str]:
+    """The lines of all looks, until there is nothing more to see; `wait`: for the next look to be due."""
     seen = Changes()
     while True:
         look = source.look()
         yield from seen.take(look)
         if look.ended:
             return
-        sleep(every_s)
+        wait()
 
 
 class Changes:
@@ -57,8 +56,7 @@ class Changes:
         if not self._begun:
             self._begun = True
             yield headline(telemetry)
-        for subject in sorted(telemetry.subjects, key=lambda one: RANKS[one.level]):
-            yield from self._subject(subject)
+        yield from self._subjects(telemetry.subjects)
         for link in telemetry.links:
             yield from self._link(link)
         for stage, drops in telemetry.drops.items():
@@ -69,12 +67,16 @@ class Changes:
         self._recording = telemetry.recording
         yield from self._texts(telemetry)
 
-    def _subject(self, one: SubjectTelemetry) -> Iterator[str]:
-        if self._levels.get(one.subject) is not one.level:
-            self._levels[one.subject] = one.level
-            score = number(one.score, ".2f")
-            parts = (f"score {score}" if score != "-" else "", "" if one.level is Level.NORMAL else one.text)
-            yield "  ".join((f"{one.level.name:7} {short(one.subject)}", *filter(None, parts)))
+    def _subjects(self, subjects: Sequence[SubjectTelemetry]) -> Iterator[str]:
+        """What is wrong, subject by subject; the rest together, for at the beginning that is all of them."""
+        changed = [one for one in subjects if self._levels.get(one.subject) is not one.level]
+        self._levels |= {one.subject: one.level for one in changed}
+        for level in RANKS:
+            of_level = [one for one in changed if one.level is level]
+            if level in (Level.FAULT, Level.SUSPECT):
+                yield from map(_wrong, of_level)
+            elif of_level:
+                yield f"{level.name:7} {', '.join(short(one.subject) for one in of_level)}"
 
     def _link(self, link: LinkTelemetry) -> Iterator[str]:
         known, self._links[link.name] = self._links.get(link.name), link.up
@@ -96,6 +98,11 @@ class Changes:
             if said_s > before_s + SAME_S:
                 self._said_s = max(self._said_s, said_s)
                 yield _told(said)
+
+
+def _wrong(one: SubjectTelemetry) -> str:
+    score = f"score {one.score:.2f}" if isfinite(one.score) else ""
+    return "  ".join(filter(None, (f"{one.level.name:7} {short(one.subject)}", score, one.text)))
 
 
 def _told(said: Said) -> str:

@@ -4,22 +4,21 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from math import inf
+from dataclasses import dataclass, field, replace
+from itertools import chain
+from math import inf, isfinite
 
 from drivers.readings import Reading
 from gateway.config import Config
 from gateway.control.subject_words import watched_subjects
 from gateway.findings import Finding
 from gateway.pipeline import Factories, Pipeline
-from gateway.replay.clocks import TimedLog
-from gateway.replay.merging import stretches
+from gateway.replay.reel import Reel
+from gateway.replay.result import ReplayResult
 from gateway.stretches.stretch import BlockArrival
 from gateway.telemetry import Telemetry
 from gateway.telemetry_board import Counts, TelemetryBoard
-
-# of the dive, that is judged at once: what moves on a screen moves ten times a second
-STEP_S = 0.1
+from gateway.watch.cutting import Bits
 
 
 @dataclass(slots=True)
@@ -27,12 +26,12 @@ class ReadLink:
     """What was read of a link. Attributes as in `gateway.telemetry_board.Counted`."""
 
     name: str
-    logs: Sequence[TimedLog]
     received: int = 0
+    dropped: Counter[str] = field(default_factory=Counter)
 
     def drops(self) -> Counter[str]:
-        """What its decoders threw away, as far as the logs were read: a little further than they were judged."""
-        return sum((one.readings.drops().get(self.name, Counter()) for one in self.logs), Counter[str]())
+        """What was thrown away of what was read, which is a little more than was judged."""
+        return self.dropped
 
     def decode_errors(self) -> Counter[str]:
         """They are among the drops."""
@@ -40,70 +39,95 @@ class ReadLink:
 
 
 class RecordedDive:
-    """See the module's text.
+    """See the module's text. What several runs of the gateway have recorded is judged run by run.
 
     Args:
         config: what to watch.
-        logs: on one clock, see `gateway.replay.clocks`.
+        reels: one after the other, see `gateway.replay.reels`.
         factories: makes the detectors; None: the real ones.
 
     Attributes:
+        begin_s: when the dive begins; infinity where there is nothing of it.
         time_s: how far it was judged, by the logs.
         next_s: when the next bit begins; infinity: there is none.
-        begin_s: when it begins; infinity where there is nothing.
 
     Raises:
-        OSError, ValueError: a log cannot be read, see `gateway.replay.log_readings`; `step` raises them as well.
+        OSError, ValueError: a log cannot be read, see `Reel`; `step` raises them as well.
     """
 
-    def __init__(self, config: Config, logs: Sequence[TimedLog], factories: Factories | None = None) -> None:
+    def __init__(self, config: Config, reels: Sequence[Reel], factories: Factories | None = None) -> None:
         if config.mavlink is not None:  # there is no ground station to plot anything
             config = replace(config, mavlink=config.mavlink.model_copy(update={"named_values_period_s": 0.0}))
-        self._logs = tuple(logs)
-        self._pipeline = Pipeline(config, factories)
-        self._links = {name: ReadLink(name, self._logs) for name in config.links()}
-        self._bits = iter(stretches(self._logs, STEP_S))
-        self._next: list[BlockArrival] = []
-        self.next_s = inf
+        self._config, self._factories = config, factories
+        self._reels = iter(reels)
+        self._stretches: Iterator[list[BlockArrival]] = iter(())
+        self._bits, self.next_s = Bits([]), inf
         self._fetch()
         self.time_s = self.begin_s = self.next_s
-        self._board = TelemetryBoard(config.vehicle.name, watched_subjects(config), self.begin_s)
 
-    def step(self) -> list[Finding]:
-        """Judges the next bit; says what was found in it."""
-        arrivals, self.time_s = self._next, max(self.time_s, _end_s(self._next))
+    def step(self, length_s: float) -> list[Finding]:
+        """Judges the next bit, so long by the logs; says what was found in it."""
+        arrivals = self._bits.take(length_s)
+        self.time_s = max(_end_s(arrivals), self.next_s)
         for arrival in arrivals:
-            self._links[arrival.link].received += len(arrival.readings.times()[0])
+            link = self._links.setdefault(arrival.link, ReadLink(arrival.link))
+            link.received += len(arrival.readings.times()[0])
         for reading in _others(arrivals):
             self._board.hear(reading)
         outcomes = self._pipeline.take_stretch(arrivals)
         self._board.take(outcomes, self.time_s)
-        self._fetch()
+        self.next_s = self._bits.begin_s
+        if not isfinite(self.next_s):
+            self._fetch()
         return [outcome for outcome in outcomes if isinstance(outcome, Finding)]
 
     def telemetry(self) -> Telemetry:
-        """How it was then."""
-        self._board.keep(self._pipeline)
-        return self._board.telemetry(
-            self.time_s, Counts(self._links.values(), {"log": self._lost(), "pipeline": self._pipeline.drops()})
-        )
+        """How it was then.
 
-    def close(self) -> None:
-        """The logs are read no more."""
-        self._bits = iter(())
+        Raises:
+            ValueError: there is nothing of it.
+        """
+        if not isfinite(self.begin_s):
+            raise ValueError("nothing in these logs is of a link of the configuration")
+        account = self._account()
+        for link in self._links.values():
+            link.dropped = account.drops.get(link.name, Counter())
+        self._board.keep(self._pipeline)
+        links = [self._links[name] for name in self._config.links()]
+        unused = Counter({f"{interface}: no link is for it": count for interface, count in account.unused.items()})
+        return self._board.telemetry(self.time_s, Counts(links, {"log": unused, "pipeline": self._pipeline.drops()}))
+
+    def lost(self) -> list[str]:
+        """What could not be read of the logs, in lines."""
+        logs = self._account().logs if isfinite(self.begin_s) else {}
+        return [f"{name}: {line}" for name, lines in logs.items() for line in lines if line.startswith("lost")]
+
+    def _account(self) -> ReplayResult:
+        """So far."""
+        result = ReplayResult()
+        self._reel.account(result, None)
+        return result
 
     def _fetch(self) -> None:
-        self._next = next(self._bits, [])
-        self.next_s = min((float(one.readings.times()[1].min()) for one in self._next), default=inf)
+        """The next stretch; behind the last one of a reel, that of the next reel, with a pipeline of its own."""
+        while not isfinite(self._bits.begin_s):
+            arrivals = next(self._stretches, None)
+            if arrivals is not None:
+                self._bits = Bits(arrivals)
+            elif (reel := next(self._reels, None)) is None:
+                break
+            else:
+                self._begin(reel)
+        self.next_s = self._bits.begin_s
 
-    def _lost(self) -> Counter[str]:
-        """What is damaged in the logs, and of what link nobody knows."""
-        lost: Counter[str] = Counter()
-        for one in self._logs:
-            for damage in one.readings.damage.values():
-                lost += damage.lost
-            lost += Counter({f"{interface} is no link": count for interface, count in one.readings.unused.items()})
-        return lost
+    def _begin(self, reel: Reel) -> None:
+        self._reel, self._stretches = reel, iter(reel)
+        self._bits = Bits(next(self._stretches, []))
+        self._pipeline = Pipeline(self._config, self._factories)
+        reel.begin(self._pipeline)
+        watched = watched_subjects(self._config)
+        self._board = TelemetryBoard(self._config.vehicle.name, watched, self._bits.begin_s)
+        self._links = {name: ReadLink(name) for name in self._config.links()}
 
 
 def _end_s(arrivals: Sequence[BlockArrival]) -> float:
@@ -111,5 +135,4 @@ def _end_s(arrivals: Sequence[BlockArrival]) -> float:
 
 
 def _others(arrivals: Sequence[BlockArrival]) -> Iterator[Reading]:
-    for arrival in arrivals:
-        yield from (reading for _, reading in arrival.readings.others)
+    return chain.from_iterable((reading for _, reading in one.readings.others) for one in arrivals)

@@ -15,8 +15,9 @@ from gateway.watch.recorded_dive import RecordedDive
 from gateway.watch.source import Look
 from gateway.watch.words import clock
 
-# a look takes this long at most, for keys to be heard
-LOOK_S = 0.4
+# judged at once: as much as is played from one look to the next, for the more it is the less it costs; on the way to
+# another place, so much that a finding is not far behind
+STEP_MIN_S, STEP_MAX_S, SEEK_S = 0.05, 10.0, 1.0
 SKIP_S = 30.0
 # a pause in the logs, in which nothing is to be seen, is passed over
 GAP_S = 5.0
@@ -32,6 +33,7 @@ class RecordedSource:
         name: of the dive, as it is shown.
         dive: begins to read it; again for each time that it is played from its beginning.
         pace: how fast it is played.
+        every_s: from one look to the next; a look takes about as long at most, for keys to be heard.
         now: real time, in seconds from anywhere.
 
     Attributes:
@@ -41,8 +43,10 @@ class RecordedSource:
         OSError, ValueError: as `dive` does.
     """
 
-    def __init__(self, name: str, dive: Callable[[], RecordedDive], pace: Pace, now: Callable[[], float]) -> None:
-        self._name, self._make, self._pace, self._now = name, dive, pace, now
+    def __init__(
+        self, name: str, dive: Callable[[], RecordedDive], pace: Pace, every_s: float, now: Callable[[], float]
+    ) -> None:
+        self._name, self._make, self._pace, self._every_s, self._now = name, dive, pace, every_s, now
         self._dive = dive()
         self._asked: SimpleQueue[Callable[[], None]] = SimpleQueue()
         self._seeking = False
@@ -66,13 +70,12 @@ class RecordedSource:
             self._failed = str(error)
         begun = isfinite(self._dive.begin_s)
         told = self._dive.telemetry() if begun else None
-        place = clock(self._pace.dive_s)
+        place = clock(self._dive.time_s - self._dive.begin_s if begun else 0.0)
         note = " ".join(filter(None, (place, self._reached())))
         return Look(told, f"{self._name}, {self._how()}", note, time=place, ended=self._ended)
 
     def close(self) -> None:
-        """It is played no more."""
-        self._dive.close()
+        """Its logs are closed as they are forgotten."""
 
     @property
     def _ended(self) -> bool:
@@ -84,17 +87,21 @@ class RecordedSource:
                 self._asked.get_nowait()()
 
     def _play(self) -> None:
-        dive, until_s = self._dive, self._now() + LOOK_S
+        dive, until_s = self._dive, self._now() + self._every_s
         wanted_s = self._pace.wanted_s(self._now())
         if not self._pace.paused and dive.next_s > dive.time_s + GAP_S:
             wanted_s = max(wanted_s, dive.next_s - dive.begin_s)
         while dive.next_s <= dive.begin_s + wanted_s and not self._ended and self._now() < until_s:
-            if any(map(_is_news, dive.step())) and self._seeking:
+            if any(map(_is_news, dive.step(self._step_s))) and self._seeking:
                 self._seeking = False
                 self._pace.stay()
                 break
         reached_s = dive.time_s - dive.begin_s if self._ended else min(wanted_s, dive.next_s - dive.begin_s)
         self._pace.at(reached_s, self._now())
+
+    @property
+    def _step_s(self) -> float:
+        return SEEK_S if self._pace.skipping else min(max(STEP_MIN_S, self._pace.speed * self._every_s), STEP_MAX_S)
 
     def _pause(self) -> None:
         self._seeking = False
@@ -105,7 +112,6 @@ class RecordedSource:
         self._pace.skip(inf)
 
     def _again(self) -> None:
-        self._dive.close()
         self._dive = self._make()
         self._pace.restart()
         self._seeking, self._failed = False, ""
@@ -115,7 +121,7 @@ class RecordedSource:
         if self._failed:
             return f"stopped: {self._failed}"
         if self._ended:
-            return "end of the dive"
+            return "; ".join(["end of the dive", *self._dive.lost()])
         if pace.skipping:
             return "on to the next finding" if self._seeking else "on"
         return "paused" if pace.paused else f"{pace.speed:g} times real time"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -39,3 +40,27 @@ class Source(Protocol):
     def close(self) -> None:
         """After the last look."""
         ...
+
+
+# between two looks, however long the first one took, whoever shows them has his turn
+REST_S = 0.02
+
+
+class Rhythm:
+    """When the next look is due, where each takes its own time.
+
+    Args:
+        every_s: from the beginning of one look to that of the next.
+        now: in seconds from anywhere.
+    """
+
+    def __init__(self, every_s: float, now: Callable[[], float]) -> None:
+        self._every_s, self._now = every_s, now
+        self._due_s = now() + every_s
+
+    def rest_s(self) -> float:
+        """From now until the next look; one that is late does not make the next ones early."""
+        now_s = self._now()
+        due_s = max(self._due_s, now_s + REST_S)
+        self._due_s = due_s + self._every_s
+        return due_s - now_s

@@ -9,8 +9,7 @@ from math import isfinite
 from rich.cells import cell_len
 from rich.text import Text
 
-from gateway.control.protocol import Said
-from gateway.telemetry import LinkTelemetry, Telemetry
+from gateway.telemetry import LinkTelemetry, Said, Telemetry
 from gateway.watch.bar import FULL, bar
 from gateway.watch.palette import Palette
 from gateway.watch.rows import SubjectRow, Subjects, subjects
@@ -43,7 +42,7 @@ def headline(telemetry: Telemetry) -> str:
     parts = (
         telemetry.vehicle,
         clock(telemetry.running_s),
-        f"judging {telemetry.behind_s:.1f} s behind",
+        f"judging {telemetry.behind_s:.1f} s behind" if telemetry.behind_s > 0.0 else "",
         f"found: {found or 'nothing'}",
     )
     return "  ".join(filter(None, parts))
