@@ -68,7 +68,7 @@ class _Sheaf:
     def __init__(self) -> None:
         self._frames: defaultdict[str, list[Frames]] = defaultdict(list)
         self._readings: defaultdict[_Numbered, list[Reading]] = defaultdict(list)
-        self._messages: defaultdict[tuple[str, Layout], list[_Message]] = defaultdict(list)
+        self._messages: dict[str, tuple[Layout, list[_Message]]] = {}
 
     def add(self, item: Item) -> None:
         match item:
@@ -77,11 +77,11 @@ class _Sheaf:
             case Decoded():
                 self._add_readings(item)
             case Heard(place, time_s, data):
-                self._messages[topics.HEARD, PACKET].append((place, time_s, (time_s, data)))
+                self._add_message(topics.HEARD, PACKET, (place, time_s, (time_s, data)))
             case Spoken(place, time_s, data):
-                self._messages[topics.SAID, PACKET].append((place, time_s, (time_s, data)))
+                self._add_message(topics.SAID, PACKET, (place, time_s, (time_s, data)))
             case Tick(place, time_s):
-                self._messages[topics.NOW, NOW].append((place, time_s, (time_s,)))
+                self._add_message(topics.NOW, NOW, (place, time_s, (time_s,)))
             case Told():
                 self._add_event(item)
             case Found(place, finding):
@@ -90,7 +90,7 @@ class _Sheaf:
                 for outcome in item.outcomes:
                     self._add_outcome(outcome, item)
             case Gap(place, time_s, cause, count):
-                self._messages[topics.GAPS, GAP].append((place, time_s, (time_s, count, cause)))
+                self._add_message(topics.GAPS, GAP, (place, time_s, (time_s, count, cause)))
 
     def blocks(self, table: ChannelTable) -> Iterator[MessageBlock]:
         for bus, several in self._frames.items():
@@ -99,7 +99,7 @@ class _Sheaf:
             values = layout_of(kind)
             topic = topics.decoded_topic(kind, link, number)
             yield _value_block(topic, values, readings, table)
-        for (topic, layout), messages in self._messages.items():
+        for topic, (layout, messages) in self._messages.items():
             encoded = [(sequence, time_s, layout.encode(values)) for sequence, time_s, values in messages]
             yield message_block(table.channel(topic, layout), encoded)
 
@@ -116,7 +116,7 @@ class _Sheaf:
         values, layout = event_layout(type(reading))
         written = [item.before or 0, *values.values(reading)]
         topic = topics.event_topic(item.link, type(reading))
-        self._messages[topic, layout].append((item.place, reading.time_s, written))
+        self._add_message(topic, layout, (item.place, reading.time_s, written))
 
     def _add_outcome(self, outcome: Outcome, item: Came) -> None:
         match outcome:
@@ -137,12 +137,18 @@ class _Sheaf:
 
     def _add_value(self, topic: str, value: ThrusterRow | SpeedRow | NavigationRow | Finding, place: int) -> None:
         values: ValueLayout[Any] = layout_of(type(value))
-        self._messages[topic, values.layout].append((place, value.time_s, values.values(value)))
+        self._add_message(topic, values.layout, (place, value.time_s, values.values(value)))
 
     def _add_log(self, time_s: float, severity: Severity, name: str, text: str, place: int) -> None:
         sec, nanosec = divmod(nanosecond(time_s), NS)
         line = (sec, nanosec, _LOG_LEVELS.get(severity, _INFO), name, text, "", "", 0)
-        self._messages[topics.LOG, LOG].append((place, time_s, line))
+        self._add_message(topics.LOG, LOG, (place, time_s, line))
+
+    def _add_message(self, topic: str, layout: Layout, message: _Message) -> None:
+        known = self._messages.get(topic)
+        if known is None:
+            known = self._messages[topic] = (layout, [])
+        known[1].append(message)
 
 
 def _value_block(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from typing import Protocol
 
@@ -20,6 +21,27 @@ class Journal(Protocol):
     @property
     def place(self) -> int:
         """Of what was written down last; 0 before the first."""
+        ...
+
+    @property
+    def lost(self) -> Counter[str]:
+        """What was not written down, by what it was."""
+        ...
+
+    def state_words(self) -> str:
+        """How it goes; empty where nothing is written down."""
+        ...
+
+    def begin(self, state: bytes, resumed: bool) -> None:
+        """The run begins. See `entries.About` for what it begins with."""
+        ...
+
+    def remember(self, state: bytes) -> None:
+        """What has been learnt by now."""
+        ...
+
+    def close(self, within_s: float) -> bool:
+        """The run is over; False where not all could be written down in this time."""
         ...
 
     def frames(self, bus: str, frames: FrameBlock) -> None:
@@ -61,6 +83,25 @@ class NoJournal:
     def place(self) -> int:
         """There is none."""
         return 0
+
+    @property
+    def lost(self) -> Counter[str]:
+        """Nothing that should have been written down."""
+        return Counter()
+
+    def state_words(self) -> str:
+        """None."""
+        return ""
+
+    def begin(self, state: bytes, resumed: bool) -> None:
+        """Nothing."""
+
+    def remember(self, state: bytes) -> None:
+        """Nothing."""
+
+    def close(self, within_s: float) -> bool:
+        """There is nothing to write."""
+        return True
 
     def frames(self, bus: str, frames: FrameBlock) -> None:
         """Nothing."""

@@ -59,13 +59,20 @@ class Recorder(Intake):
         self._paused, self._full = "", False
         self._again_s = 0.0
 
-    def start(self) -> None:
-        """Begins to write. Nothing of the disk is touched before this, nor in this thread."""
+    def begin(self, state: bytes = b"", resumed: bool = False) -> None:
+        """Begins to write. Nothing of the disk is touched before this, nor in this thread.
+
+        Args:
+            state, resumed: see `About`.
+        """
+        self._scribe.begin(state, resumed)
         self._thread.start()
 
     def close(self, within_s: float) -> bool:
         """Ends the recording with all that was put in before; False where the disk takes longer than that."""
         self._closing.set()
+        if self._thread.ident is None:  # it was never begun
+            return True
         self._thread.join(within_s)
         return not self._thread.is_alive()
 

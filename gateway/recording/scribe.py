@@ -49,6 +49,10 @@ class Scribe:
         """In all files so far."""
         return self._bytes_before + (0 if self._file is None else self._file.size)
 
+    def begin(self, state: bytes, resumed: bool) -> None:
+        """What an earlier run has left, see `About`; before anything is written."""
+        self._about, self.state = replace(self._about, resumed=resumed), state
+
     def write(self, items: Sequence[Item]) -> None:
         """Writes items down, and comes back when they are on the disk.
 
