@@ -14,7 +14,7 @@ from time import monotonic
 from gateway.config_sections import Recording
 from gateway.recording.entries import About
 from gateway.recording.folder import MB, is_full
-from gateway.recording.intake import WAITING_MAX_BYTES, Batch, Intake
+from gateway.recording.waiting import WAITING_MAX_BYTES, Batch, Waiting
 from gateway.recording.mending import mend_all
 from gateway.recording.scribe import Scribe
 
@@ -30,7 +30,7 @@ _FULL = "delete or move away what lies in {folder}, or set less for recording.ke
 _OTHER = "see that {folder} can be written to, or set recording.folder"
 
 
-class Recorder(Intake):
+class Recorder(Waiting):
     """See the module's text. It is the `Journal` of the run.
 
     Args:

@@ -28,7 +28,7 @@ class Batch:
     size: int
 
 
-class Intake:
+class Waiting:
     """The `Journal` of a run. Nothing here waits for anything but a moment of the other threads.
 
     Args:
