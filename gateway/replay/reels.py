@@ -45,4 +45,5 @@ def _runs(abouts: Mapping[Path, About]) -> Iterator[list[tuple[Path, About]]]:
             yield parts
             parts = []
         parts.append((path, about))
-    yield parts
+    if parts:
+        yield parts
