@@ -11,6 +11,7 @@ from gateway.judging import Judging
 from gateway.links import Links
 from gateway.outlet import Outlet
 from gateway.pipeline import Pipeline
+from gateway.recording.journal import Journal
 from gateway.stopwatch import Stopwatch
 from gateway.summary import Summary
 from gateway.telemetry import Telemetry
@@ -25,6 +26,7 @@ class Account:
         board: what was said.
         stopwatch: how long learning took.
         links, judging, outlet, control: what they count.
+        journal: how recording goes.
     """
 
     def __init__(
@@ -36,9 +38,11 @@ class Account:
         judging: Judging,
         outlet: Outlet,
         control: ControlSocket,
+        journal: Journal,
     ) -> None:
         self._clock, self._board, self._stopwatch = clock, board, stopwatch
         self._links, self._judging, self._outlet, self._control = links, judging, outlet, control
+        self._journal = journal
 
     def telemetry(self) -> Telemetry:
         """How it is now."""
@@ -47,6 +51,7 @@ class Account:
             drops=self._drops(self._board.refused),
             behind_s=self._judging.behind_s,
             refits=self._stopwatch.refits,
+            recording=self._journal.state_words(),
         )
         return self._board.telemetry(self._clock.now(), counts)
 
@@ -66,4 +71,4 @@ class Account:
     def _drops(self, refused: Mapping[str, int]) -> dict[str, Counter[str]]:
         """What was thrown away elsewhere than on a link, by place and cause."""
         judged = Counter(refused) + self._outlet.lost + self._judging.lost
-        return {"control": self._control.drops, "pipeline": judged}
+        return {"control": self._control.drops, "pipeline": judged, "recording": self._journal.lost}

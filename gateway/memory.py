@@ -85,17 +85,19 @@ class Memory:
                 return Recalled(data, self._take(found, pipeline))
         return Recalled()
 
-    def store(self, pipeline: Knowing) -> None:
-        """Writes what the pipeline knows; a failure is logged once, until it works again."""
+    def store(self, pipeline: Knowing) -> bytes:
+        """Writes what the pipeline knows, and returns that; a failure is logged once, until it works again."""
         known = state.State(self._present(), self._clock(), pipeline.learnt(), pipeline.remember())
+        data = state.pack(known)
         try:
-            state.save(self._path, known)
+            state.write(self._path, data)
         except OSError as error:
             if not self._failing:
                 log.error("state %s cannot be saved: %s", self._path, error)
             self._failing = True
         else:
             self._failing = False
+        return data
 
     def _take(self, found: state.State, pipeline: Knowing) -> bool:
         """Whether what was of the moment was taken up, too."""

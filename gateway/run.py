@@ -18,7 +18,8 @@ from gateway.findings import FindingsFile
 from gateway.judging import COLLECT_S
 from gateway.outlet import Observer
 from gateway.pipeline import Factories, Pipeline
-from gateway.recording.journal import Journal, NoJournal
+from gateway.recording.journal import Journal
+from gateway.recording.of_run import journal_of
 from gateway.session import Session
 from gateway.stopwatch import Stopwatch
 from gateway.summary import Summary
@@ -55,7 +56,7 @@ async def run(
         port_of: how a CAN bus is opened; None: as it is configured.
         connect: how the autopilot's link is opened.
         collect_s: what arrives within this time is judged together; findings are the same, texts come as much later.
-        journal: where all that comes in and goes out is written down; None: nowhere.
+        journal: where all that comes in and goes out is written down; None: as it is configured.
 
     Returns:
         What the run came to.
@@ -67,20 +68,20 @@ async def run(
         import_module(module)
     # the detectors' matrices are small: BLAS threads that wait for each other on busy cores cost more than they give
     with threadpool_limits(limits=1, user_api="blas"), FindingsFile(config.files.findings) as findings:
-        stopwatch = Stopwatch()
+        clock, stopwatch = clock or Clock(), Stopwatch()
         pipeline = Pipeline(config, factories, stopwatch.judge)
         services = service or Service({})
         session = Session(
             config,
             pipeline,
             stopwatch,
-            clock or Clock(),
+            clock,
             observer,
             findings,
             services,
             port_of,
             connect,
             collect_s,
-            journal or NoJournal(),
+            journal or journal_of(config, clock.now),
         )
         return await session.run(stop or asyncio.Event(), accept or asyncio.Event())

@@ -40,6 +40,8 @@ TICK_S = 0.1
 READY_S = 5.0
 # What a stop may take: all that came before is judged and told, and once more what was left
 CLOSE_S, FINISH_S = 0.6, 0.2
+# and for the recording to be whole: what takes longer is mended by the next run
+WRITTEN_S = 0.6
 
 
 class Session:
@@ -84,7 +86,7 @@ class Session:
         self._operator = LocalOperator(watched_subjects(config), self._intake.reading, clock.now)
         self._control = ControlSocket(config.files.control, self._answer)
         self._account = Account(
-            clock, self._board, stopwatch, self._links, self._judging, self._outlet, self._control
+            clock, self._board, stopwatch, self._links, self._judging, self._outlet, self._control, journal
         )
         self._ready = self._finished = False
 
@@ -96,12 +98,14 @@ class Session:
         """
         self._control.open()
         try:
-            self._memory.recall(self._pipeline)
+            recalled = self._memory.recall(self._pipeline)
+            self._journal.begin(recalled.state, recalled.resumed)
             watched, links = self._config.watched(), ", ".join(self._links.places())
             log.info("watching %s: %s over %s", self._config.vehicle.name, watched, links)
             await self._run_tasks(stop, accept)
         finally:
             self._finish()
+            self._journal.close(WRITTEN_S)
         summary = self._account.summary(self._pipeline)
         for line in summary.lines():
             log.info("%s", line)
@@ -194,7 +198,7 @@ class Session:
             self._judging.put(self._store)
 
     def _store(self) -> list[Outcome]:
-        self._memory.store(self._pipeline)
+        self._journal.remember(self._memory.store(self._pipeline))
         return []
 
     def _finish(self) -> None:
