@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from detectors.speed import PoseSample, SpeedConfig, SpeedCurve
 from gateway.commissioning.dive import RecordedDive
 from gateway.commissioning.part import Part, Quantity, Setting, Value
+from gateway.commissioning.peaks import Tail, counted
 from gateway.commissioning.speed_figures import speed_figures
-from gateway.commissioning.speed_learning import Learnt, MissingError, learn, percent
+from gateway.commissioning.speed_learning import SQUARE, Learnt, MissingError, learn, percent
 from gateway.commissioning.speed_tolerance import Course, false_alarms, judged_hours, tail, tolerance_for, watched
-from gateway.commissioning.tail import Tail, spoken_rate
 from gateway.config import Config
 
 SUBJECT = "speed"
@@ -79,9 +79,8 @@ def tolerance_of(
     courses: Sequence[Course], learnt: Learnt, settings: SpeedConfig, false_alarms_per_hour: float
 ) -> Tolerance:
     """From what the watch saw of healthy dives; as configured, where that is too little."""
-    try:
-        law = tail(courses)
-    except ValueError:
+    law = tail(courses)
+    if law is None:
         return Tolerance(settings.tolerance, None)
     return Tolerance(tolerance_for(law, false_alarms_per_hour, learnt.error), law)
 
@@ -113,7 +112,7 @@ def _folds(samples: Sequence[Samples]) -> Iterator[tuple[list[Samples], Samples]
 
 def _settings(learnt: Learnt, tolerance: Tolerance) -> Iterator[Setting]:
     speed = learnt.normal.speed
-    of_law = f"of {tolerance.law.peaks} peaks in healthy dives" if tolerance.law is not None else ""
+    of_law = f"of {tolerance.law.hours:.2f} h of healthy dives" if tolerance.law is not None else ""
     if isinstance(speed, SpeedCurve):
         points: list[Value] = [[*point] for point in zip(speed.commands, speed.speeds_mps, strict=True)]
         yield Setting("speed.curve", points, "[thrust, m/s], learnt in healthy dives")
@@ -144,13 +143,11 @@ def _quantities(learnt: Learnt, tolerance: Tolerance, reached: Reached) -> Itera
         doubt = "" if known else "; not used: the headings cannot tell it from the current"
         yield Quantity(name, f"{speed_mps:.2f} m/s", f"+-{error_mps:.2f} m/s, of {seconds:.0f} s{doubt}")
     law = tolerance.law
-    sure = (
-        f"+-{percent(law.per_e_fold)} for each e-fold of the rate, of {law.peaks} peaks" if law else "as configured"
-    )
-    yield Quantity("tolerance", percent(tolerance.share), sure)
+    yield Quantity("tolerance", percent(tolerance.share), f"of {law.hours:.2f} h" if law else "as configured")
     if reached.hours > 0.0:
-        rate = spoken_rate(reached.events, reached.hours)
-        yield Quantity("false alarms where nothing was learnt", f"{reached.events}", rate)
+        bound = counted(reached.events, reached.hours).bound_per_hour
+        sure = f"in {reached.hours:.2f} h; below {bound:.{1 if bound < 10.0 else 0}f} an hour (95 %)"
+        yield Quantity("false alarms where nothing was learnt", f"{reached.events}", sure)
 
 
 def _remarks(learnt: Learnt, tolerance: Tolerance) -> Iterator[str]:
@@ -166,4 +163,5 @@ def _remarks(learnt: Learnt, tolerance: Tolerance) -> Iterator[str]:
     for command, known in zip(learnt.fit.levels.commands, learnt.known, strict=True):
         if not known:
             side = "ahead" if command > 0.0 else "astern"
-            yield f"the speed at {percent(abs(command))} thrust {side} is not known: drive a square there, 30 s a side"
+            thrust = f"{percent(abs(command))} thrust {side}"
+            yield f"the speed at {thrust} is not known: {SQUARE.format(thrust)}"

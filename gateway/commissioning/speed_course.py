@@ -22,6 +22,7 @@ STOPPED = 0.05  # a command below this gives no thrust that counts
 LEVEL_S = 15.0  # a level was driven for so long, altogether
 BLOCK_S = 2.0
 GAP_S = 20.0  # the way through a longer gap is not known
+SETTLING_S = 8.0  # until the hull moves as the thrust since the beginning, or since a gap, says
 SURGE_S = (0.3, 0.6, 1.2, 2.5, 5.0, 10.0)  # time constants that are tried
 # A hull slips sideways in a turn: at once, or after so long; a large ship's drift follows its rudder by half a minute
 SLIP_LAGS_S = (4.0, 16.0)
@@ -184,6 +185,7 @@ def _passed(track: Track, levels: Levels) -> tuple[FloatArray, NDArray[np.int64]
     turn_rad = np.remainder(np.diff(track.heading_rad, prepend=track.heading_rad[:1]) + np.pi, 2.0 * np.pi) - np.pi
     middle_rad = track.heading_rad - 0.5 * turn_rad
     broken = (interval_s > GAP_S) | ~np.isfinite(track.command)
+    broken[:1] = True
     turn_rad[broken] = 0.0
     passed_s = np.where(broken, 0.0, interval_s)
     told = np.column_stack((levels.shares(np.nan_to_num(track.command)), track.sideways))
@@ -195,7 +197,15 @@ def _passed(track: Track, levels: Levels) -> tuple[FloatArray, NDArray[np.int64]
     ahead = forward[:, None, :, None] * followed_s[:, :, None, :-1]
     aside = right[:, None, :, None] * followed_s[:, :, None, -1:]
     slipped = np.broadcast_to(right[:, None, :, None] * turned[:, None, None, :], (*aside.shape[:3], turned.shape[1]))
-    return np.cumsum(np.concatenate((ahead, aside, slipped), axis=3), axis=0), np.cumsum(broken)
+    return np.cumsum(np.concatenate((ahead, aside, slipped), axis=3), axis=0), np.cumsum(
+        broken | _settling(track.time_s, broken)
+    )
+
+
+def _settling(time_s: FloatArray, broken: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """(N,) whether the last break was a moment ago; the first sample is one."""
+    last = np.maximum.accumulate(np.where(broken, np.arange(len(broken)), 0))
+    return np.asarray(time_s - time_s[last] < SETTLING_S)
 
 
 def _turned(turn_rad: FloatArray, interval_s: FloatArray) -> FloatArray:
@@ -206,12 +216,16 @@ def _turned(turn_rad: FloatArray, interval_s: FloatArray) -> FloatArray:
 
 
 def _followed(told: FloatArray, interval_s: FloatArray, lags_s: Sequence[float]) -> FloatArray:
-    """(N, L, C) integral over each interval of what was told (N, C), followed by first-order lags (L of them)."""
+    """(N, L, C) integral over each interval of what was told (N, C), followed by first-order lags (L of them).
+
+    Through an interval of no length, which is one that is not known, all lags have come to their end.
+    """
     lag_s = np.array(lags_s)[:, None]
     found = np.zeros((len(told), len(lags_s), told.shape[1]))
     share = np.zeros(found.shape[1:])
     gone = -np.expm1(-interval_s[:, None, None] / lag_s)
     for index, wanted in enumerate(told):
+        share = share if interval_s[index] > 0.0 else np.broadcast_to(wanted, share.shape)
         behind = (share - wanted) * gone[index]
         found[index] = wanted * interval_s[index] + behind * lag_s
         share = share - behind

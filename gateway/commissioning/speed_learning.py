@@ -88,8 +88,8 @@ def _refuse(tracks: Sequence[Track], fit: SpeedFit, known: NDArray[np.bool_]) ->
     if told and (backwards & (fit.error_mps < 0.2 * np.abs(fit.speed_mps))).any():
         worst = int(np.argmax(backwards))
         raise MissingError(
-            f"at {percent(fit.levels.commands[worst])} thrust ahead the vehicle goes {fit.speed_mps[worst]:+.2f} m/s: "
-            "the signs of `ahead` of the thrusters, or the heading, are the wrong way round: mend them first"
+            f"at {percent(fit.levels.commands[worst])} thrust the vehicle goes {fit.speed_mps[worst]:+.2f} m/s: the "
+            "signs of `ahead` of the thrusters, or the heading, are the wrong way round: mend them first"
         )
     covered = _covered(tracks, fit, known)
     if covered >= COVERED:

@@ -13,15 +13,14 @@ from numpy.typing import NDArray
 from detectors.speed import PoseSample, SpeedConfig, SpeedCurve, SpeedDetector
 from detectors.speed.evidence import FAST, MODEL_ERROR, NOTHING_AT
 from detectors.verdict import Level
-from gateway.commissioning.tail import Tail, peaks_of, tail_of
+from gateway.commissioning.peaks import Tail, block_maxima
+from gateway.commissioning.peaks import tail as tail_of
 
 FloatArray: TypeAlias = NDArray[np.float64]
 
 TOLERANCE_MIN, TOLERANCE_MAX = 0.1, 0.6
 WIDE = 0.95  # a tolerance at which nothing is found
 SUSTAINED = 4  # estimates in a row, one a second: fewer are no fault yet
-APART_S = 30.0  # what is off is off for so long
-USUAL_E_FOLD = 0.02  # of the tolerance, before anything is measured
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,16 +73,15 @@ class Course:
 
     @property
     def needed(self) -> FloatArray:
-        """(N,) the tolerance at which the watch would not have held anything against the vehicle; 0: any."""
+        """(N,) the tolerance at which the watch would not have held anything against the vehicle; below 0: any."""
         spread = np.hypot(self.error, MODEL_ERROR)
         slow = 1.0 - self.ratio - NOTHING_AT * spread
         fast = self.ratio - 1.0 - NOTHING_AT * FAST * spread
         off = np.maximum(slow, fast)
-        off[off < spread] = 0.0  # a range that fits into the doubt is not judged by
-        if len(off) < SUSTAINED:
-            return np.zeros(len(off))
-        windows = np.lib.stride_tricks.sliding_window_view(off, SUSTAINED)
-        return np.append(np.zeros(SUSTAINED - 1), np.maximum(windows.min(axis=1), 0.0))
+        doubtful = (spread > TOLERANCE_MIN) & (off < spread)  # no range that fits into the doubt is judged by
+        off[doubtful] = np.minimum(off[doubtful], 0.0)
+        before = np.pad(off, (SUSTAINED - 1, 0), mode="edge") if len(off) else np.zeros(SUSTAINED)
+        return np.asarray(np.lib.stride_tricks.sliding_window_view(before, SUSTAINED).min(axis=1)[: len(off)])
 
 
 def watched(samples: Sequence[PoseSample], normal: Normal, config: SpeedConfig) -> Course:
@@ -102,14 +100,12 @@ def watched(samples: Sequence[PoseSample], normal: Normal, config: SpeedConfig) 
     return Course(*np.array(rows, dtype=np.float64).reshape(-1, 5).T)
 
 
-def tail(courses: Sequence[Course]) -> Tail:
-    """How often which tolerance is needed.
+def tail(courses: Sequence[Course]) -> Tail | None:
+    """How often which tolerance, plus 1, is needed; None: too few seconds that the watch could judge.
 
-    Raises:
-        ValueError: too few seconds that the watch could judge.
+    Plus 1, for a vehicle that keeps its speed well needs less than none, and only what is above 0 is a peak.
     """
-    peaks = [peaks_of(course.time_s, course.needed, APART_S) for course in courses]
-    return tail_of(np.concatenate(peaks or [np.empty(0)]), judged_hours(courses), USUAL_E_FOLD)
+    return tail_of(np.concatenate([*(block_maxima(one.time_s, 1.0 + one.needed)[1] for one in courses), np.empty(0)]))
 
 
 def judged_hours(courses: Sequence[Course]) -> float:
@@ -125,8 +121,9 @@ def tolerance_for(law: Tail, false_alarms_per_hour: float, curve_error: float) -
         false_alarms_per_hour: that are wanted.
         curve_error: standard deviation of the normal speed, as a share of it: the next dive shows it as an offset.
     """
-    doubt = hypot(law.level_error(false_alarms_per_hour), curve_error)
-    wanted = ceil(100.0 * (law.level(false_alarms_per_hour) + doubt) - 1e-9) / 100.0
+    fitted = law.threshold(false_alarms_per_hour)
+    doubt = hypot(law.sure_threshold(false_alarms_per_hour) - fitted, curve_error)
+    wanted = ceil(100.0 * (fitted - 1.0 + doubt) - 1e-9) / 100.0
     return min(max(wanted, TOLERANCE_MIN), TOLERANCE_MAX)
 
 
