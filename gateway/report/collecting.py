@@ -64,8 +64,12 @@ class Collecting:
             self._thrusters[shown.thruster].take(shown)
 
     def end(self, pipeline: Pipeline) -> None:
-        """What was learnt, at the end."""
-        self._curves = pipeline.curves()
+        """What was learnt, at the end; of a run after another one, what is not known is that of the one before."""
+        for number, curves in pipeline.curves().items():
+            before = self._curves.get(number, NO_CURVES)
+            self._curves[number] = ThrusterCurves(
+                curves.learnt or before.learnt, curves.commissioned or before.commissioned
+            )
 
     def dive(self, result: ReplayResult, findings: Sequence[Finding], logs: Sequence[str]) -> Dive:
         """All that was collected.

@@ -1,4 +1,4 @@
-"""The report of a dive: one HTML file that needs nothing else, neither a network nor, but for its figures, a script."""
+"""The report of a dive: one HTML file that needs no network, and no script but for its figures."""
 
 from __future__ import annotations
 
