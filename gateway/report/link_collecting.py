@@ -76,8 +76,7 @@ class LinkCollecting:
             return np.empty(0, dtype=np.int64), np.empty(0)
         several, counts = (np.concatenate(part) for part in zip(*self._counted, strict=True))
         seconds, place = np.unique(several, return_inverse=True)
-        total: FloatArray = np.bincount(place, weights=counts)
-        return seconds.astype(np.int64), total
+        return seconds.astype(np.int64), np.bincount(place, weights=counts).astype(np.float64)
 
     def course(self, begin_s: float, end_s: float, others: Iterable[SecondArray]) -> LinkCourse | None:
         """All of it, times since `begin_s`; None where nothing is known of it.
