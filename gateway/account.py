@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Mapping
 
 from drivers.clock import Clock
-from gateway.control.server import ControlSocket
 from gateway.judging import Judging
 from gateway.links import Links
 from gateway.outlet import Outlet
@@ -25,7 +24,8 @@ class Account:
         clock: of the run.
         board: what was said.
         stopwatch: how long learning took.
-        links, judging, outlet, control: what they count.
+        links, judging, outlet: what they count.
+        elsewhere: what others throw away, by place; they go on counting.
         journal: how recording goes.
     """
 
@@ -37,11 +37,11 @@ class Account:
         links: Links,
         judging: Judging,
         outlet: Outlet,
-        control: ControlSocket,
+        elsewhere: Mapping[str, Counter[str]],
         journal: Journal,
     ) -> None:
         self._clock, self._board, self._stopwatch = clock, board, stopwatch
-        self._links, self._judging, self._outlet, self._control = links, judging, outlet, control
+        self._links, self._judging, self._outlet, self._elsewhere = links, judging, outlet, elsewhere
         self._journal = journal
 
     def telemetry(self) -> Telemetry:
@@ -71,4 +71,4 @@ class Account:
     def _drops(self, refused: Mapping[str, int]) -> dict[str, Counter[str]]:
         """What was thrown away elsewhere than on a link, by place and cause."""
         judged = Counter(refused) + self._outlet.lost + self._judging.lost
-        return {"control": self._control.drops, "pipeline": judged, "recording": self._journal.lost}
+        return {**self._elsewhere, "pipeline": judged, "recording": self._journal.lost}

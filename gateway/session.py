@@ -23,6 +23,7 @@ from gateway.intake import Intake
 from gateway.judging import Judging
 from gateway.links import Links
 from gateway.memory import Memory
+from gateway.metrics.of_run import metrics_server
 from gateway.operator import ALL, code_of
 from gateway.outlet import Observer, Outlet
 from gateway.pipeline import Outcome, Pipeline
@@ -85,9 +86,13 @@ class Session:
         self._outlet = Outlet(findings, config.files.findings, listeners, self._links.send)
         self._operator = LocalOperator(watched_subjects(config), self._intake.reading, clock.now)
         self._control = ControlSocket(config.files.control, self._answer)
+        drops = {"control": self._control.drops}
         self._account = Account(
-            clock, self._board, stopwatch, self._links, self._judging, self._outlet, self._control, journal
+            clock, self._board, stopwatch, self._links, self._judging, self._outlet, drops, journal
         )
+        self._metrics = None if config.metrics is None else metrics_server(config.metrics, self._account.telemetry)
+        if self._metrics is not None:
+            drops["metrics"] = self._metrics.drops
         self._ready = self._finished = False
 
     async def run(self, stop: asyncio.Event, accept: asyncio.Event) -> Summary:
@@ -134,6 +139,8 @@ class Session:
         yield "state saver", self._save()
         yield "operator", self._accept(accept)
         yield "control", self._control.serve()
+        if self._metrics is not None:
+            yield "metrics", self._metrics.serve()
 
     async def _tick(self) -> None:
         last_s = self._clock.now()

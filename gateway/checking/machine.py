@@ -18,6 +18,7 @@ from gateway import state
 from gateway.can_source import options_of, rates_of
 from gateway.checking.forwarded_can import check_forwarded
 from gateway.checking.mavlink import check_mavlink
+from gateway.checking.metrics import check_metrics
 from gateway.checking.navigation import possible, sources
 from gateway.checking.result import CheckResult
 from gateway.config import Config
@@ -50,6 +51,8 @@ def checks(config: Config) -> Iterator[CheckResult]:
         yield CheckResult("gateway", False, "one runs with this configuration, and holds its links", remedy)
     else:
         yield from _check_links(config)
+        if config.metrics is not None:
+            yield check_metrics(config.metrics)
     yield CheckResult("failsafe", True, in_words(config.failsafe))
     if config.speed is None or config.detector.speed is None:
         yield CheckResult("speed", True, "not watched (no table [speed])")
