@@ -11,6 +11,7 @@ from pathlib import Path
 import click
 
 from drivers.readings import OperatorAct
+from gateway.commands.commission import commission
 from gateway.commands.replay import replay
 from gateway.commands.watch import watch
 from gateway.config import Config, load
@@ -79,6 +80,7 @@ def main() -> None:
 
 
 main.add_command(train)
+main.add_command(commission)
 main.add_command(replay)
 main.add_command(watch)
 

@@ -1,48 +1,96 @@
-"""Thruster detectors that keep the samples which they were given."""
+"""What a replay's detectors were given, kept for whoever learns from it."""
 
 from __future__ import annotations
 
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from detectors.thruster import ThrusterConfig, ThrusterDetector, ThrusterSample, ThrusterVerdict
-from detectors.thruster.detector import ThrusterVerdicts
-from detectors.thruster.wear import CommissionedCurve
+from detectors.navigation import NavigationSample
+from detectors.thruster import ThrusterSample
+from gateway.channel import Judgement, NavigationJudgement, SpeedJudgement, ThrusterJudgement
+from gateway.commissioning.dive import RecordedDive, ThrusterSamples
+from gateway.findings import Finding
+from gateway.outlet import NOTES
+from gateway.pipeline import Pipeline
+from gateway.replay.result import ReplayResult
+from gateway.stretches.stretch import BlockArrival
+from gateway.thruster_channel import JudgedColumns
 
 FloatArray: TypeAlias = NDArray[np.float64]
 
 
-class KeepingDetector(ThrusterDetector):
-    """Judges as `ThrusterDetector` does, and keeps the samples."""
+class Keeping:
+    """An `Onlooker` of a replay: each of its reels becomes a dive.
 
-    def __init__(self, config: ThrusterConfig, commissioned: CommissionedCurve | None = None) -> None:
-        super().__init__(config, commissioned)
-        self._blocks: list[FloatArray] = []
+    Args:
+        name: of the dive; where there are several, they are numbered.
 
-    def update(self, sample: ThrusterSample) -> ThrusterVerdict:
-        """Keeps a sample and judges it."""
-        volts = np.nan if sample.voltage_v is None else sample.voltage_v
-        amperes = np.nan if sample.current_a is None else sample.current_a
-        self._blocks.append(np.array([[sample.time_s], [sample.command], [sample.speed_rpm], [volts], [amperes]]))
-        return super().update(sample)
+    Attributes:
+        dives: those that are complete.
+    """
 
-    def run(
-        self,
-        time_s: ArrayLike,
-        command: ArrayLike,
-        speed_rpm: ArrayLike,
-        voltage_v: ArrayLike | None = None,
-        current_a: ArrayLike | None = None,
-    ) -> ThrusterVerdicts:
-        """Keeps samples and judges them."""
-        time = np.asarray(time_s, dtype=np.float64)
-        unmeasured = np.full(len(time), np.nan)
-        given = (command, speed_rpm, voltage_v, current_a)
-        self._blocks.append(np.stack([time, *(unmeasured if one is None else np.asarray(one) for one in given)]))
-        return super().run(time_s, command, speed_rpm, voltage_v, current_a)
+    def __init__(self, name: str) -> None:
+        self.dives: list[RecordedDive] = []
+        self._name = name
+        self._begin()
 
-    def kept(self) -> FloatArray:
-        """(5, N) time, command, speed, voltage and current of all samples so far."""
-        return np.concatenate(self._blocks, axis=1) if self._blocks else np.empty((5, 0))
+    def stretch(self, arrivals: Sequence[BlockArrival]) -> None:
+        """See `Onlooker`."""
+        self._course.cover(arrivals)
+
+    def seen(self, shown: JudgedColumns | Judgement) -> None:
+        """See `Onlooker`."""
+        match shown:
+            case JudgedColumns():
+                one = shown.samples
+                columns = (one.time_s, one.command, one.speed_rpm, one.voltage_v, one.current_a)
+                self._thrusters[shown.thruster].append(np.stack(columns))
+            case ThrusterJudgement():
+                self._thrusters[shown.thruster].append(_column(shown.sample))
+            case SpeedJudgement():
+                self._poses.append(shown)
+            case NavigationJudgement():
+                self._motion.append(shown.sample)
+
+    def found(self, findings: Sequence[Finding]) -> None:
+        """What was found since the last time."""
+        self._findings += (one for one in findings if one.detector not in NOTES)
+
+    def end(self, pipeline: Pipeline) -> None:
+        """See `Onlooker`."""
+        number = len(self.dives) + 1
+        self.dives.append(
+            RecordedDive(
+                name=self._name if number == 1 else f"{self._name}, run {number}",
+                begin_s=self._course.begin_s or 0.0,
+                duration_s=self._course.duration_s,
+                thrusters=dict(self._samples(pipeline)),
+                poses=self._poses,
+                motion=self._motion,
+                findings=self._findings,
+            )
+        )
+        self._begin()
+
+    def _begin(self) -> None:
+        self._course = ReplayResult()
+        self._thrusters: defaultdict[int, list[FloatArray]] = defaultdict(list)
+        self._poses: list[SpeedJudgement] = []
+        self._motion: list[NavigationSample] = []
+        self._findings: list[Finding] = []
+
+    def _samples(self, pipeline: Pipeline) -> Iterator[tuple[int, ThrusterSamples]]:
+        learnt = pipeline.learnt()
+        for number, blocks in self._thrusters.items():
+            kept = np.concatenate(blocks, axis=1)
+            if kept.shape[1]:
+                yield number, ThrusterSamples(learnt[f"thruster {number}"].alignment, *kept)
+
+
+def _column(sample: ThrusterSample) -> FloatArray:
+    volts, amperes = (np.nan if value is None else value for value in (sample.voltage_v, sample.current_a))
+    return np.array([[sample.time_s], [sample.command], [sample.speed_rpm], [volts], [amperes]])

@@ -18,7 +18,9 @@ MARK, BEFORE_THEIRS = "commissioned: ", " | "
 READ = (("mavlink", "signing_key"), ("navigation", "lstm_model"), ("speed", "flow", "file"))
 
 
-def with_settings(text: str, settings: Iterable[Setting], folder: Path, new_folder: Path) -> str:
+def with_settings(
+    text: str, settings: Iterable[Setting], removed: Iterable[str], folder: Path, new_folder: Path
+) -> str:
     """The text of a configuration file with these settings, for a file in another folder.
 
     Behind each that is set stands what commissioning says of it, what it was before, and the user's own comment.
@@ -26,10 +28,15 @@ def with_settings(text: str, settings: Iterable[Setting], folder: Path, new_fold
     Args:
         text: valid configuration.
         settings: what to set.
+        removed: paths of keys to take out, where they are in it.
         folder: that the file lies in.
         new_folder: that the new one will lie in: paths of files that are read are changed accordingly.
     """
     document = tomlkit.parse(text)
+    for path in removed:
+        *tables, key = path.split(".")
+        if (table := _found(document, tables)) is not None:
+            table.pop(key, None)
     for one in settings:
         *tables, key = one.key.split(".")
         _set(_table(document, tables), key, tomlkit.item(one.value), one.comment)

@@ -39,11 +39,16 @@ class HeldOut:
 
     Attributes:
         events: blocks with a false alarm.
-        rate: of them.
+        hours: of all blocks.
     """
 
     events: int
-    rate: RateBound
+    hours: float
+
+    @property
+    def rate(self) -> RateBound:
+        """Of the false alarms."""
+        return counted(self.events, self.hours)
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,15 +142,15 @@ def held_out(peaks: Sequence[FloatArray], false_alarms_per_hour: float) -> HeldO
         if fitted is not None:
             events += int((part >= caution_for(fitted, false_alarms_per_hour)).sum())
             blocks += len(part)
-    return HeldOut(events, counted(events, blocks * BLOCK_S / 3600.0)) if blocks else None
+    return HeldOut(events, blocks * BLOCK_S / 3600.0) if blocks else None
 
 
 def dive_peaks(thrusters: Sequence[LearntThruster], config: ThrusterConfig) -> list[FloatArray]:
     """By dive, the greatest score of any thruster in each block of its time, as of a detector with a caution of 1."""
-    of_dive: dict[str, list[tuple[FloatArray, FloatArray]]] = {}
+    of_dive: dict[int, list[tuple[FloatArray, FloatArray]]] = {}
     for one in thrusters:
         for dive, scores in zip(one.dives, _scores(one, config), strict=True):
-            of_dive.setdefault(dive.name, []).append(scores)
+            of_dive.setdefault(id(dive), []).append(scores)
     return [
         block_maxima(*(np.concatenate(row) for row in zip(*several, strict=True)))[1] for several in of_dive.values()
     ]
@@ -184,6 +189,6 @@ def _quantities(found: Threshold) -> Iterator[Quantity]:
         rest = found.held_out
         yield Quantity(
             "false alarms, held out",
-            f"{rest.events} in {fitted.hours:.2f} h",
+            f"{rest.events} in {rest.hours:.2f} h",
             f"95 %: below {rest.rate.bound_per_hour:.2g} per hour; each part judged by the others' threshold",
         )
