@@ -17,7 +17,10 @@ from gateway.watch.lines import Lines
 from gateway.watch.palette import COLOURED, PLAIN
 from gateway.watch.rates import Rates
 from gateway.watch.source import Look, Rhythm, Source
-from gateway.watch.view import Frame, headline, picture, texts
+from gateway.watch.view import Frame, headline, link_lines, subject_lines, text_lines
+
+# the terminal's own colours and ground, light or dark
+OWN_COLOURS = "ansi-dark"
 
 
 class WatchApp(App[None]):
@@ -31,8 +34,10 @@ class WatchApp(App[None]):
     CSS = """
     #headline { height: 1; text-style: bold; }
     #state { height: auto; max-height: 2; }
-    #picture { height: 1fr; scrollbar-size-vertical: 1; }
-    #texts { height: 18%; min-height: 4; scrollbar-size-vertical: 1; }
+    Lines { scrollbar-size-vertical: 1; }
+    #subjects { height: 1fr; }
+    #links { height: auto; max-height: 6; }
+    #texts { height: 18%; min-height: 3; }
     """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("q,escape", "quit", "quit", key_display="q"),
@@ -42,6 +47,8 @@ class WatchApp(App[None]):
 
     def __init__(self, source: Source, every_s: float) -> None:
         super().__init__(ansi_color=True)
+        if OWN_COLOURS in self.available_themes:
+            self.theme = OWN_COLOURS
         self.source, self._every_s = source, every_s
         self._rates = Rates()
         self._look: Look | None = None
@@ -49,16 +56,17 @@ class WatchApp(App[None]):
         self._held = False
 
     def compose(self) -> ComposeResult:
-        """Headline, state, picture, keys."""
+        """Headline and state, what is watched, keys."""
         yield Static(id="headline", markup=False)
         yield Static("looking ...", id="state", markup=False)
-        yield Lines("picture")
+        yield Lines("subjects")
+        yield Lines("links")
         yield Lines("texts")
         yield Footer(compact=True, show_command_palette=False)
 
     def on_mount(self) -> None:
         """Begins to look."""
-        self.query_one("#picture", Lines).focus()
+        self.query_one("#subjects", Lines).focus()
         self.run_worker(self._watch(), name="watch", exclusive=True)
 
     def on_resize(self) -> None:
@@ -95,8 +103,9 @@ class WatchApp(App[None]):
         words = "  ".join(filter(None, ("HELD" if self._held else "", look.state, look.note)))
         self._tell("state", words, "" if look.fresh else "reverse")
         if telemetry is not None:
-            self._show("picture", partial(picture, telemetry, self._rate if look.fresh else {}), look.fresh)
-            self._show("texts", partial(texts, telemetry), look.fresh)
+            self._show("subjects", partial(subject_lines, telemetry), look.fresh)
+            self._show("links", partial(link_lines, telemetry, self._rate if look.fresh else {}), look.fresh)
+            self._show("texts", partial(text_lines, telemetry), look.fresh)
 
     def _tell(self, name: str, words: str, style: str = "") -> None:
         self.query_one(f"#{name}", Static).update(Text(words, style=style))
@@ -116,9 +125,9 @@ class PlayerApp(WatchApp):
         Binding("space", "act('pause')", "pause"),
         Binding("plus,equals_sign", "act('faster')", "faster", key_display="+"),
         Binding("minus", "act('slower')", "slower", key_display="-"),
-        Binding("right", "act('skip')", "30 s on"),
+        Binding("right", "act('skip')", "30 s on", priority=True),  # elsewhere they scroll
         Binding("n", "act('next_finding')", "next finding"),
-        Binding("home", "act('again')", "again"),
+        Binding("home", "act('again')", "again", priority=True),
     ]
 
     def __init__(self, source: Any, every_s: float) -> None:

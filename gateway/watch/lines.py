@@ -22,11 +22,15 @@ class Lines(ScrollView, can_focus=True):
         old, self._lines = self._lines, list(lines)
         if len(old) != len(lines):
             self.virtual_size = Size(0, len(lines))
-            self.refresh()
+            self.refresh(layout=self.styles.auto_dimensions)
             return
         top = self.scroll_offset.y
         changed = [row - top for row, (a, b) in enumerate(zip(old, lines, strict=True)) if not _same(a, b)]
         self.refresh_lines_at(changed)
+
+    def get_content_height(self, container: Size, viewport: Size, width: int) -> int:
+        """Where the height is that of what is shown."""
+        return len(self._lines)
 
     def refresh_lines_at(self, rows: Sequence[int]) -> None:
         """Draws rows of the screen anew, as far as they are on it."""

@@ -11,7 +11,7 @@ from gateway.telemetry import LinkTelemetry, Said, SubjectTelemetry, Telemetry
 from gateway.watch.rows import RANKS
 from gateway.watch.source import Look, Source
 from gateway.watch.view import headline, state_word
-from gateway.watch.words import counted, severity_word, short
+from gateway.watch.words import counted, listed, severity_word, short
 
 # of texts that were seen before: their times are found from ages, and those are rounded
 SAME_S = 1e-3
@@ -76,7 +76,7 @@ class Changes:
             if level in (Level.FAULT, Level.SUSPECT):
                 yield from map(_wrong, of_level)
             elif of_level:
-                yield f"{level.name:7} {', '.join(short(one.subject) for one in of_level)}"
+                yield f"{level.name:7} {listed(one.subject for one in of_level)}"
 
     def _link(self, link: LinkTelemetry) -> Iterator[str]:
         known, self._links[link.name] = self._links.get(link.name), link.up

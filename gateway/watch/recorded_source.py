@@ -10,6 +10,7 @@ from queue import Empty, SimpleQueue
 from detectors.verdict import Level
 from gateway.findings import Finding
 from gateway.outlet import NOTES
+from gateway.replay.result import instant
 from gateway.watch.pace import Pace
 from gateway.watch.recorded_dive import RecordedDive
 from gateway.watch.source import Look
@@ -70,9 +71,10 @@ class RecordedSource:
             self._failed = str(error)
         begun = isfinite(self._dive.begin_s)
         told = self._dive.telemetry() if begun else None
-        place = clock(self._dive.time_s - self._dive.begin_s if begun else 0.0)
-        note = " ".join(filter(None, (place, self._reached())))
-        return Look(told, f"{self._name}, {self._how()}", note, time=place, ended=self._ended)
+        at_s = self._dive.time_s
+        note = "  ".join(filter(None, (instant(at_s) if begun else "", self._reached())))
+        time = clock(at_s - self._dive.begin_s if begun else 0.0)
+        return Look(told, f"{self._name}, {self._how()}", note, time=time, ended=self._ended)
 
     def close(self) -> None:
         """Its logs are closed as they are forgotten."""

@@ -8,7 +8,7 @@ from math import isfinite, nan
 
 from detectors.verdict import Level
 from gateway.telemetry import SubjectTelemetry
-from gateway.watch.words import UNKNOWN, flow_words, number, short
+from gateway.watch.words import UNKNOWN, flow_words, listed, number, short
 
 # what is not judged deserves a look before what is well
 RANKS: Mapping[Level, int] = {Level.FAULT: 0, Level.SUSPECT: 1, Level.UNKNOWN: 2, Level.NORMAL: 3}
@@ -39,10 +39,10 @@ class SubjectRow:
 
 @dataclass(frozen=True, slots=True)
 class Subjects:
-    """All subjects. `rows`: those with something to show, worst first; `others`: names of the rest, by level."""
+    """All subjects. `rows`: those with something to show, worst first; `others`: the rest in words, by level."""
 
     rows: tuple[SubjectRow, ...]
-    others: Mapping[Level, tuple[str, ...]]
+    others: Mapping[Level, str]
 
 
 def subjects(telemetry: Sequence[SubjectTelemetry]) -> Subjects:
@@ -50,7 +50,7 @@ def subjects(telemetry: Sequence[SubjectTelemetry]) -> Subjects:
     worst_first = sorted(telemetry, key=lambda one: RANKS[one.level])
     shown = [one for one in worst_first if _has_something(one)]
     rest = [one for one in worst_first if not _has_something(one)]
-    others = {level: tuple(short(one.subject) for one in rest if one.level is level) for level in RANKS}
+    others = {level: listed(one.subject for one in rest if one.level is level) for level in RANKS}
     return Subjects(tuple(map(_row, shown)), {level: names for level, names in others.items() if names})
 
 
@@ -91,7 +91,7 @@ def _rpm(values: Mapping[str, float]) -> str:
     match _known(values, ("speed_rpm", "predicted_rpm")):
         case [measured, predicted]:
             command = number(100.0 * values.get("command", nan), "+.0f")
-            return f"{command:>4} %  {number(measured):>5} of {number(predicted)} rpm"
+            return f"{command:>4} %  {number(measured):>5} of {number(predicted):>5} rpm"
     return ""
 
 
@@ -117,8 +117,8 @@ def _sensor(values: Mapping[str, float]) -> Iterable[str]:
     """Of the navigation watch: how far a sensor is off what is expected, where the vehicle is, what is left out."""
     match _known(values, ("innovation_forward_mps", "innovation_right_mps")):
         case [forward, right]:
-            yield f"off {number(forward, '+.2f')} {number(right, '+.2f')} m/s"
-    for name, form in (("innovation_depth_m", "off {:+.2f} m"), ("depth_m", "depth {:.1f} m")):
+            yield f"off {number(forward, '+z.2f')} {number(right, '+z.2f')} m/s"
+    for name, form in (("innovation_depth_m", "off {:+z.2f} m"), ("depth_m", "depth {:.1f} m")):
         if isfinite(value := values.get(name, nan)):
             yield form.format(value)
     if isfinite(heading := values.get("heading_deg", nan)):

@@ -13,7 +13,7 @@ from gateway.telemetry import LinkTelemetry, Said, Telemetry
 from gateway.watch.bar import FULL, bar
 from gateway.watch.palette import Palette
 from gateway.watch.rows import SubjectRow, Subjects, subjects
-from gateway.watch.words import ago, clock, counted, number, severity_word
+from gateway.watch.words import UNKNOWN, ago, clock, counted, number, severity_word
 
 LEVEL_CELLS, SCORE_CELLS, NAME_CELLS_MAX = 7, 5, 16
 # cells of a bar, by the least width of the terminal that has room for it
@@ -48,13 +48,17 @@ def headline(telemetry: Telemetry) -> str:
     return "  ".join(filter(None, parts))
 
 
-def picture(telemetry: Telemetry, rates: Mapping[str, float], frame: Frame) -> list[Text]:
-    """Subjects and links, line by line; `rates`: by link, of what it receives in a second."""
-    shown = subjects(telemetry.subjects)
-    return _cut([*_subject_lines(shown, frame), *_link_lines(telemetry, rates, frame)], frame)
+def subject_lines(telemetry: Telemetry, frame: Frame) -> list[Text]:
+    """The subjects, worst first, line by line."""
+    return _cut(list(_subject_lines(subjects(telemetry.subjects), frame)), frame)
 
 
-def texts(telemetry: Telemetry, frame: Frame) -> list[Text]:
+def link_lines(telemetry: Telemetry, rates: Mapping[str, float], frame: Frame) -> list[Text]:
+    """Links, what was dropped elsewhere, and the recording; `rates`: by link, of what it receives in a second."""
+    return _cut(list(_link_lines(telemetry, rates, frame)), frame)
+
+
+def text_lines(telemetry: Telemetry, frame: Frame) -> list[Text]:
     """What the pilot was told, newest first, line by line."""
     told = [_text(said, frame) for said in reversed(telemetry.texts)]
     return _cut([_heading("texts to the pilot", frame), *(told or [_styled("none", frame.palette.faint)])], frame)
@@ -81,9 +85,9 @@ def _subject_lines(shown: Subjects, frame: Frame) -> Iterator[Text]:
     yield _heading(f"{'level':{LEVEL_CELLS}} {'subject':{name_cells}} {_scale(frame.bar_cells)}score", frame)
     for row in shown.rows:
         yield from _subject(row, name_cells, frame)
-    for level, names_of in shown.others.items():
+    for level, others in shown.others.items():
         line = _styled(f"{level.name:{LEVEL_CELLS}} ", frame.palette.levels[level])
-        yield line.append(", ".join(names_of), style=frame.palette.faint)
+        yield line.append(others, style=frame.palette.faint)
     if not (shown.rows or shown.others):
         yield _styled("nothing was heard yet", frame.palette.faint)
 
@@ -117,8 +121,6 @@ def _subject(row: SubjectRow, name_cells: int, frame: Frame) -> Iterator[Text]:
 
 def _link_lines(telemetry: Telemetry, rates: Mapping[str, float], frame: Frame) -> Iterator[Text]:
     names = max((len(link.name) for link in telemetry.links), default=0)
-    if telemetry.links:
-        yield _heading("links", frame)
     for link in telemetry.links:
         yield _link(link, rates, names, frame)
     for stage, drops in telemetry.drops.items():
@@ -129,8 +131,8 @@ def _link_lines(telemetry: Telemetry, rates: Mapping[str, float], frame: Frame) 
 
 
 def state_word(up: bool | None) -> str:
-    """Of a link: "up", "DOWN", or "?" before it is known."""
-    return "?" if up is None else "up" if up else "DOWN"
+    """Of a link: "up", "DOWN", or "-" where nobody has said."""
+    return UNKNOWN if up is None else "up" if up else "DOWN"
 
 
 def _link(link: LinkTelemetry, rates: Mapping[str, float], name_cells: int, frame: Frame) -> Text:

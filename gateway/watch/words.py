@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from math import atan2, degrees, hypot, isfinite
 
 from gateway.severity import Severity
@@ -25,7 +26,7 @@ def ago(age_s: float) -> str:
     return f"{age_s / 60.0:.0f} min" if age_s < HOURS_FROM_S else f"{age_s / 3600.0:.0f} h"
 
 
-def number(value: float, form: str = ".0f") -> str:
+def number(value: float, form: str = "z.0f") -> str:
     """A number by its format; "-" where it is not known."""
     return format(value, form) if isfinite(value) else UNKNOWN
 
@@ -38,6 +39,7 @@ def flow_words(flow_mps: Sequence[float]) -> str:
     return f"{hypot(north_mps, east_mps):.2f} @ {round(degrees(atan2(east_mps, north_mps))) % 360:03d}"
 
 
+_OF_THRUSTER = re.compile(r"thruster (?P<number>\d+)(?P<part>| .*)")
 _SHORT: Mapping[str, str] = {
     "dvl": "DVL",
     "depth sensor": "depth",
@@ -48,11 +50,30 @@ _SHORT: Mapping[str, str] = {
 
 def short(subject: str) -> str:
     """A subject of the findings as pilots call it: "T3" for "thruster 3", "T3 esc" for "thruster 3 esc"."""
-    kind, _, rest = subject.partition(" ")
-    count, space, part = rest.partition(" ")
-    if kind == "thruster" and count.isdecimal():
-        return f"T{count}{space}{part}"
-    return _SHORT.get(subject, subject)
+    thruster = _OF_THRUSTER.fullmatch(subject)
+    return f"T{thruster['number']}{thruster['part']}" if thruster else _SHORT.get(subject, subject)
+
+
+def listed(subjects: Iterable[str]) -> str:
+    """Subjects in short; what is the same of several thrusters, together: "T1-T3 T5 esc, link can0"."""
+    parts: dict[str, list[int]] = {}
+    for subject in subjects:
+        thruster = _OF_THRUSTER.fullmatch(subject)
+        parts.setdefault(thruster["part"] if thruster else subject, []).extend(
+            [int(thruster["number"])] if thruster else []
+        )
+    return ", ".join(f"{_ranges(numbers)}{part}" if numbers else short(part) for part, numbers in parts.items())
+
+
+def _ranges(numbers: Iterable[int]) -> str:
+    """Thrusters by their numbers: "T1-T3 T5"."""
+    runs: list[list[int]] = []
+    for number in sorted(numbers):
+        if runs and number == runs[-1][-1] + 1:
+            runs[-1].append(number)
+        else:
+            runs.append([number])
+    return " ".join(f"T{run[0]}" if len(run) == 1 else f"T{run[0]}-T{run[-1]}" for run in runs)
 
 
 def severity_word(severity: int) -> str:
