@@ -3,8 +3,8 @@
 Commands (a PWM value in MAVLink, a RawCommand on CAN) and reports (RPM, voltage, current) of one thruster come with
 their own jitter. A detector wants samples that are evenly spaced, so for each thruster, with `period = 1 / rate`:
 
-- **Grid.** Sample `k` stands at `t_k = k * period`, counted from the epoch, so its place does not depend on when the
-  program was started.
+- **Grid.** Sample `k` stands at `t_k = (k + phase) * period`, counted from the epoch, so its place does not depend on
+  when the program was started. The phase is 0, but where a replay asks what another would have changed.
 - **Command.** The mean over `(t_{k-1}, t_k]` of the command, each held until the next one arrives: a change inside a
   period counts in proportion. That is what the motor has felt, and it keeps the timing of a step that the grid cuts.
 - **Speed.** Linear between the two reports around `t_k`. The sample is therefore given out when the later one comes,
@@ -177,15 +177,17 @@ class ThrusterAligner:
         gap_s: reports further apart than this are not joined.
         stale_s: a command holds for this long.
         streamed: commands come at an even rate, which others may change.
+        phase: of the grid, from 0 to less than 1 period.
 
     Attributes:
         rate_hz: the sample rate, None while it is learnt.
+        phase: as given.
         drops: refused inputs by cause.
         held, speed, voltage, current, last_index: the newest of what came, and the last grid point that was given
             out, for `align_columns`.
 
     Raises:
-        ValueError: a rate or time that is not positive and finite.
+        ValueError: a rate or time that is not positive and finite, or a phase out of its range.
     """
 
     def __init__(
@@ -194,11 +196,14 @@ class ThrusterAligner:
         gap_s: float = 0.5,
         stale_s: float = 0.5,
         streamed: bool = False,
+        phase: float = 0.0,
     ) -> None:
         for name, value in (("sample_rate_hz", sample_rate_hz), ("gap_s", gap_s), ("stale_s", stale_s)):
             if value is not None and not (math.isfinite(value) and value > 0.0):
                 raise ValueError(f"{name} = {value!r}: want a positive, finite number")
-        self.rate_hz = sample_rate_hz
+        if not 0.0 <= phase < 1.0:
+            raise ValueError(f"phase = {phase!r}: want a part of a period, from 0 to less than 1")
+        self.rate_hz, self.phase = sample_rate_hz, phase
         self.drops: Counter[str] = Counter()
         self.gap_s = gap_s
         # the longest look back: from the newest command to the start of the period before the older of two reports
@@ -269,13 +274,14 @@ class ThrusterAligner:
         return list(self._samples_between(before, now, self.rate_hz))
 
     def _samples_between(self, before: Point, now: Point, rate_hz: float) -> Iterator[ThrusterSample]:
-        first = math.floor(before.time_s * rate_hz) + 1
+        phase = self.phase
+        first = math.floor(before.time_s * rate_hz - phase) + 1
         if self.last_index is not None:
             first = max(first, self.last_index + 1)
-        for index in range(first, math.floor(now.time_s * rate_hz) + 1):
+        for index in range(first, math.floor(now.time_s * rate_hz - phase) + 1):
             self.last_index = index
-            time_s = index / rate_hz
-            command = self.held.mean((index - 1) / rate_hz, time_s)
+            time_s = (index + phase) / rate_hz
+            command = self.held.mean((index - 1 + phase) / rate_hz, time_s)
             self.held.forget_before(time_s)
             if command is not None:
                 yield self._sample(time_s, command, before, now)

@@ -157,7 +157,7 @@ def _samples(
     before = [] if aligner.speed is None else [aligner.speed]
     times_s = np.concatenate([[point.time_s for point in before], reports.time_s[measured]])
     speeds_rpm = np.concatenate([[point.value for point in before], reports.speed_rpm[measured]])
-    ends = np.floor(times_s * rate_hz).astype(np.int64)
+    ends = np.floor(times_s * rate_hz - aligner.phase).astype(np.int64)
     firsts = ends[:-1] + 1 if aligner.last_index is None else np.maximum(ends[:-1], aligner.last_index) + 1
     counts = np.where(np.diff(times_s) <= aligner.gap_s, np.maximum(ends[1:] - firsts + 1, 0), 0)
     pair = np.repeat(np.arange(len(counts)), counts)
@@ -165,9 +165,9 @@ def _samples(
     if len(index):
         aligner.last_index = int(index[-1])
     report = measured[pair + 1 - len(before)]
-    time_s = index / rate_hz
+    time_s = (index + aligner.phase) / rate_hz
     command = held.mean(
-        (index - 1) / rate_hz, time_s, held.remembered + commands_before[report] - 1, aligner.held.stale_s
+        (index - 1 + aligner.phase) / rate_hz, time_s, held.remembered + commands_before[report] - 1, aligner.held.stale_s
     )
     share = np.clip((time_s - times_s[pair]) / (times_s[pair + 1] - times_s[pair]), 0.0, 1.0)
     samples = SampleColumns(

@@ -65,7 +65,7 @@ Outcome = Judgement | Outgoing | CommandAck | NamedValue
 
 @dataclass(frozen=True, slots=True)
 class Factories:
-    """What makes the detectors.
+    """What makes the detectors. None: there is none, and what it would judge is not watched.
 
     Attributes:
         thruster: a thruster's, from its settings and its commissioned curve, if there is one.
@@ -74,9 +74,9 @@ class Factories:
             installation, where that was learnt.
     """
 
-    thruster: ThrusterFactory = ThrusterDetector
-    speed: SpeedFactory = SpeedDetector
-    navigation: NavigationFactory = NavigationDetector
+    thruster: ThrusterFactory | None = ThrusterDetector
+    speed: SpeedFactory | None = SpeedDetector
+    navigation: NavigationFactory | None = NavigationDetector
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,13 +114,21 @@ class Pipeline:
         config: what to watch.
         factories: makes the detectors; None: the real ones.
         judge: makes a channel judge what it has aligned; what it gives back is not looked at.
+        phase: of the grid of the thrusters' samples, see `gateway.align`.
     """
 
-    def __init__(self, config: Config, factories: Factories | None = None, judge: Judge = Channel.judge) -> None:
+    def __init__(
+        self,
+        config: Config,
+        factories: Factories | None = None,
+        judge: Judge = Channel.judge,
+        phase: float = 0.0,
+    ) -> None:
         self._judge = judge
         self._timeline = Timeline()
         self._drops: Counter[str] = Counter()
-        self._channels = {channel.subject: channel for channel in _channels(config, factories or Factories())}
+        channels = _channels(config, factories or Factories(), phase)
+        self._channels = {channel.subject: channel for channel in channels}
         self._routes: dict[Source, list[Channel[Any]]] = defaultdict(list)
         for channel in self._channels.values():
             for source in channel.sources:
@@ -365,12 +373,13 @@ def _accepts(reading: Reading) -> bool:
     return isinstance(reading, OperatorRequest) and reading.act is OperatorAct.ACCEPT
 
 
-def _channels(config: Config, factories: Factories) -> Iterator[Channel[Any]]:
-    for thruster in config.thruster:
-        yield ThrusterChannel(thruster, config, factories.thruster)
-    if config.speed is not None and config.detector.speed is not None:
-        yield SpeedChannel(config.speed, config.detector.speed, config, factories.speed)
-    if config.navigation is not None and config.detector.navigation is not None:
+def _channels(config: Config, factories: Factories, phase: float) -> Iterator[Channel[Any]]:
+    thruster, speed, navigation = factories.thruster, factories.speed, factories.navigation
+    if thruster is not None:
+        yield from (ThrusterChannel(one, config, thruster, phase) for one in config.thruster)
+    if speed is not None and config.speed is not None and config.detector.speed is not None:
+        yield SpeedChannel(config.speed, config.detector.speed, config, speed)
+    if navigation is not None and config.navigation is not None and config.detector.navigation is not None:
         yield NavigationChannel(
-            config.navigation, config.detector.navigation, config.supervisor.silent_s, factories.navigation
+            config.navigation, config.detector.navigation, config.supervisor.silent_s, navigation
         )

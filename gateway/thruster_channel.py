@@ -128,19 +128,20 @@ class ThrusterChannel(Channel[ThrusterSample]):
         thruster: which one.
         config: settings of alignment and detector.
         make: makes the detector.
+        phase: of the grid of its samples, see `ThrusterAligner`.
 
     Attributes:
         number: of the thruster.
     """
 
-    def __init__(self, thruster: Thruster, config: Config, make: ThrusterFactory) -> None:
+    def __init__(self, thruster: Thruster, config: Config, make: ThrusterFactory, phase: float = 0.0) -> None:
         align, number = config.alignment(thruster), thruster.number
         super().__init__(f"thruster {number}", _sources(thruster), _signals(thruster, config.supervisor.silent_s))
         self.number = number
         self._command_signal, self._rpm_signal, esc = (f"thruster {number} {what}" for what in SIGNALS)
         self._esc_signal = esc if thruster.rpm.rpm_sensor is None else None
         streamed = thruster.command.link == MAVLINK
-        self._aligner = ThrusterAligner(align.sample_rate_hz, align.gap_s, align.stale_s, streamed)
+        self._aligner = ThrusterAligner(align.sample_rate_hz, align.gap_s, align.stale_s, streamed, phase)
         # by its own seed each thruster learns at its own time: eight at once would hold up the judging
         settings = replace(config.detector.thruster, seed=config.detector.thruster.seed + number)
         self._detector = make(settings, None)

@@ -95,7 +95,7 @@ def _by_interface(batch: list[LogObject], start_s: float, damage: DamageReport) 
 def _objects(stream: BufferedReader, offset: int, damage: DamageReport) -> Iterator[LogObject]:
     """All objects of a file, from here on, that are no containers."""
     outer, inner = ObjectScanner(damage, offset), ObjectScanner(damage)
-    for one in chain(_scanned(stream, outer), outer.finish()):
+    for one in chain(_scanned(stream, outer, damage), outer.finish()):
         if not one.whole:
             damage.add("last object cut off", one.place)
         if one.kind == CONTAINER:
@@ -105,8 +105,9 @@ def _objects(stream: BufferedReader, offset: int, damage: DamageReport) -> Itera
     yield from _finished(inner)
 
 
-def _scanned(stream: BufferedReader, scanner: ObjectScanner) -> Iterator[LogObject]:
+def _scanned(stream: BufferedReader, scanner: ObjectScanner, damage: DamageReport) -> Iterator[LogObject]:
     while piece := stream.read(_PIECE_BYTES):
+        damage.bytes_read = stream.tell()
         yield from scanner.feed(piece)
 
 

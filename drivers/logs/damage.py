@@ -20,11 +20,13 @@ class DamageReport:
         records: frames, packets or messages that were read.
         lost: what was passed over, counted by cause.
         places: the first few of each cause, such as "line 12" or "offset 4711".
+        bytes_read: how far the file is read by now.
     """
 
     records: int = 0
     lost: Counter[str] = field(default_factory=Counter)
     places: defaultdict[str, list[str]] = field(default_factory=lambda: defaultdict(list))
+    bytes_read: int = field(default=0, compare=False)
 
     def add(self, cause: str, place: str, count: int = 1) -> None:
         """Notes something that was passed over."""

@@ -71,6 +71,7 @@ def read_records(
     """
     scanner = RecordScanner(formats, wanted, damage)
     while chunk := file.read(chunk_bytes):
+        damage.bytes_read += len(chunk)
         yield scanner.feed(chunk)
     yield scanner.finish()
 

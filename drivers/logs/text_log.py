@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from io import BufferedReader
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -123,6 +124,12 @@ def _opened(path: Path) -> BufferedReader | gzip.GzipFile:
     return gzip.open(path, "rb") if packed else path.open("rb")
 
 
+def _packed(stream: BufferedReader | gzip.GzipFile) -> BinaryIO:
+    """The file itself."""
+    file: BinaryIO = stream.fileobj if isinstance(stream, gzip.GzipFile) else stream  # type: ignore[assignment]
+    return file
+
+
 def _pieces(stream: BufferedReader | gzip.GzipFile, size: int, damage: DamageReport) -> Iterator[bytes]:
     """The file in pieces of this size or a little more, to its end or to where its compression is broken."""
     parts: list[bytes] = []
@@ -141,6 +148,7 @@ def _parts(stream: BufferedReader | gzip.GzipFile, size: int, damage: DamageRepo
     try:
         yield stream.read(len(_BYTE_ORDER_MARK)).removeprefix(_BYTE_ORDER_MARK)
         while part := stream.read1(size):
+            damage.bytes_read = _packed(stream).tell()
             yield part
     except (EOFError, zlib.error, gzip.BadGzipFile) as error:
         damage.add("compressed data damaged from here on", f"unpacked offset {stream.tell()} ({error})")

@@ -41,7 +41,7 @@ def read_tlog(path: Path, decoder: MavlinkDecoder, damage: DamageReport) -> Iter
     """
     with path.open("rb") as file:
         _check(path, file.read(CHUNK_BYTES))
-    return _batches(path, RecordWalk(decoder.take, decoder.wanted, decoder.drops, damage))
+    return _batches(path, RecordWalk(decoder.take, decoder.wanted, decoder.drops, damage), damage)
 
 
 def read_packets(path: Path, damage: DamageReport) -> Iterator[list[tuple[float, Packet]]]:
@@ -69,7 +69,7 @@ def _packets(path: Path, damage: DamageReport) -> Iterator[list[tuple[float, Pac
         packets.append((time_s, packet))
         return ()
 
-    for _ in _batches(path, RecordWalk(take, CLOSING, Counter(), damage)):
+    for _ in _batches(path, RecordWalk(take, CLOSING, Counter(), damage), damage):
         yield packets
         packets = []
 
@@ -81,11 +81,12 @@ def _check(path: Path, head: bytes) -> None:
         raise ValueError(f"{path}: want a MAVLink log (.tlog), this is {looks_like(head)}")
 
 
-def _batches(path: Path, walk: RecordWalk) -> Iterator[list[Reading]]:
+def _batches(path: Path, walk: RecordWalk, damage: DamageReport) -> Iterator[list[Reading]]:
     with path.open("rb") as file:
         chunk, rest, begin = file.read(CHUNK_BYTES), b"", 0
         while chunk:
             following = file.read(CHUNK_BYTES)
+            damage.bytes_read = file.tell()
             buffer = rest + chunk
             readings: list[Reading] = []
             done = walk.read(buffer, begin, readings, last=not following)

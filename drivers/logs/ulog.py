@@ -117,6 +117,7 @@ class _Reader:
     def batches(self, file: BinaryIO) -> Iterator[list[Reading]]:
         wanted = {*ulog_thrusters.WANTED, *ulog_vehicle.WANTED, STATUS} - self._unwanted
         for segment in SegmentReader(wanted, self._damage).segments(file):
+            self._damage.bytes_read = file.tell()
             yield self._batch([self._steady(topic) for topic in read_topics(segment)])
         yield self._order.rest()
 

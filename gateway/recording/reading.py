@@ -69,6 +69,7 @@ def read_entries(path: Path, damage: DamageReport) -> Iterator[list[Entry]]:
 def _entries(path: Path, place: int, damage: DamageReport) -> Iterator[list[Entry]]:
     reader = ChunkReader(place, damage)
     for record in records(path, damage):
+        damage.bytes_read = record.end
         if record.opcode == Opcode.CHUNK:
             try:
                 entries = reader.read(chunk_content(record), record.offset)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import queue
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator
 from contextlib import closing
 from threading import Event, Thread
 from typing import Generic, TypeVar
@@ -56,7 +56,7 @@ class _Ahead(Generic[T]):
         return False
 
 
-def prefetched(items: Iterable[T], ahead: int = 2) -> Iterator[T]:
+def prefetched(items: Iterable[T], ahead: int = 2) -> Generator[T, None, None]:
     """The same items, of which so many are made in advance, in a thread of their own."""
     with closing(_Ahead(items, ahead)) as fetching:
         yield from fetching

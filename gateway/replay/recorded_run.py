@@ -16,6 +16,7 @@ from gateway.recording.reading import read_entries
 from gateway.replay.merging import STRETCH_S
 from gateway.replay.recorded_links import RecordedLinks
 from gateway.replay.recorded_order import in_stretches
+from gateway.replay.reel import share_of
 from gateway.replay.result import ReplayResult
 from gateway.stretches.stretch import BlockArrival
 from gateway.supervisor import Memory
@@ -66,6 +67,10 @@ class RecordedRun:
             arrivals = self._links.arrivals()
             if arrivals:
                 yield arrivals
+
+    def share(self) -> float:
+        """See `Reel`."""
+        return share_of(self._damage)
 
     def account(self, result: ReplayResult, found: Sequence[Finding] | None) -> None:
         """See `Reel`."""

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Protocol
 
+from drivers.logs.damage import DamageReport
 from gateway.findings import Finding
 from gateway.pipeline import Pipeline
 from gateway.replay.clocks import TimedLog
@@ -27,6 +29,10 @@ class Reel(Protocol):
             OSError: a log cannot be read.
             ValueError: a log is not what its name says, or two logs are of one link.
         """
+        ...
+
+    def share(self) -> float:
+        """How much of it was read by now, of its bytes."""
         ...
 
     def account(self, result: ReplayResult, found: Sequence[Finding] | None) -> None:
@@ -54,6 +60,10 @@ class MergedLogs:
         """See `Reel`."""
         return stretches(self._logs)
 
+    def share(self) -> float:
+        """See `Reel`."""
+        return share_of({path: one for log in self._logs for path, one in log.readings.damage.items()})
+
     def account(self, result: ReplayResult, found: Sequence[Finding] | None) -> None:
         """See `Reel`."""
         for one in self._logs:
@@ -63,3 +73,9 @@ class MergedLogs:
                 clock = [f"clock {one.remark}"] if one.remark else []
                 set_back = [told(step) for step in one.readings.set_back.get(path, ())]
                 result.add_log(path, damage, [*clock, *set_back])
+
+
+def share_of(logs: Mapping[Path, DamageReport]) -> float:
+    """How much of some files was read, of their bytes; nothing of those that are gone."""
+    sizes = [path.stat().st_size for path in logs if path.exists()]
+    return min(sum(one.bytes_read for one in logs.values()) / max(sum(sizes), 1), 1.0)

@@ -26,6 +26,8 @@ class ReplayResult:
 
     Attributes:
         begin_s, end_s: times of the first and the last reading; None: there was none.
+        told_from_s: when that begins of which findings are told; None: never.
+        levels_before: of every subject then.
         duration_s: of the dive, without the pauses of the recording.
         findings: their number, by level.
         levels: last level of every subject.
@@ -38,6 +40,8 @@ class ReplayResult:
 
     begin_s: float | None = None
     end_s: float | None = None
+    told_from_s: float | None = None
+    levels_before: dict[str, Level] = field(default_factory=dict)
     duration_s: float = 0.0
     findings: Counter[str] = field(default_factory=Counter)
     levels: dict[str, Level] = field(default_factory=dict)
@@ -50,8 +54,8 @@ class ReplayResult:
 
     @property
     def faulty(self) -> bool:
-        """Whether something was found."""
-        return bool(self.findings[Level.FAULT.name])
+        """Whether something was found, or was so before."""
+        return bool(self.findings[Level.FAULT.name]) or Level.FAULT in self.levels_before.values()
 
     def add_drops(self, drops: Mapping[str, Counter[str]]) -> None:
         """Adds what was thrown away, by link and cause."""
@@ -62,6 +66,12 @@ class ReplayResult:
         """Adds a log: how much was read of it, what is to be said of it, and what was lost."""
         lost = [f"lost, {line}" for line in damage.lines()]
         self.logs[str(path)] = [f"{damage.records} records", *remarks, *lost]
+
+    def tell_from(self, arrivals: Sequence[BlockArrival], levels: Mapping[str, Level]) -> None:
+        """What is found from here on is told; the first time counts."""
+        if self.told_from_s is None:
+            self.told_from_s = min(float(one.readings.times()[1].min()) for one in arrivals)
+            self.levels_before = dict(levels)
 
     def cover(self, arrivals: Sequence[BlockArrival]) -> None:
         """Takes the times of a stretch that was judged."""

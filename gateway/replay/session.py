@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from contextlib import closing, contextmanager
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 from threadpoolctl import threadpool_limits
 
@@ -19,7 +20,10 @@ from gateway.replay.onlooker import Nobody, Onlooker
 from gateway.replay.prefetch import prefetched
 from gateway.replay.reel import Reel
 from gateway.replay.result import ReplayResult
+from gateway.replay.window import Span, Window
 from gateway.stretches.stretch import BlockArrival
+
+DETECTORS = frozenset({"thruster", "speed", "navigation"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,12 +33,36 @@ class Progress:
     Attributes:
         begin_s: of the dive.
         dive_s: from there.
+        share: of the logs' bytes, that was read.
         findings: what was found since the last time.
     """
 
     begin_s: float
     dive_s: float
+    share: float
     findings: Sequence[Finding]
+
+
+@dataclass(frozen=True, slots=True)
+class Terms:
+    """How a replay is to be made.
+
+    Attributes:
+        window: what of it is told; all before it is only learnt from.
+        detectors: names of those that judge, of `DETECTORS`.
+        phase: of the grid of the thrusters' samples, see `gateway.align`.
+
+    Raises:
+        ValueError: no such detector.
+    """
+
+    window: Window = field(default_factory=Window)
+    detectors: frozenset[str] = DETECTORS
+    phase: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not self.detectors or not self.detectors <= DETECTORS:
+            raise ValueError(f"detectors = {sorted(self.detectors)}: want some of {', '.join(sorted(DETECTORS))}")
 
 
 def replay(
@@ -45,6 +73,7 @@ def replay(
     factories: Factories | None = None,
     jobs: int = 1,
     onlooker: Onlooker | None = None,
+    terms: Terms | None = None,
 ) -> ReplayResult:
     """Has a pipeline judge each reel, and writes what it finds.
 
@@ -56,59 +85,82 @@ def replay(
         factories: makes the detectors; None: the real ones.
         jobs: processes for the detectors of thrusters, where the real ones are made; 1: they are in this one.
         onlooker: is told everything; None: nobody is.
+        terms: how it is to be made; None: all of it, by all detectors.
 
     Raises:
         OSError: a log cannot be read, or the findings cannot be written.
         ValueError: a log is not what its name says, or two logs are of one link.
     """
     findings.unlink(missing_ok=True)
+    terms = terms or Terms()
     with (
         threadpool_limits(limits=1, user_api="blas"),
         FindingsFile(findings) as file,
-        _factories(factories, min(jobs, len(config.thruster))) as made_by,
+        _factories(factories, terms.detectors, min(jobs, len(config.thruster))) as made_by,
     ):
-        session = _Session(file, progress, onlooker or Nobody())
+        session = _Session(file, progress, onlooker or Nobody(), terms.window)
         for reel in reels:
-            session.judge(reel, Pipeline(_without_plots(config), made_by))
+            session.judge(reel, Pipeline(_without_plots(config), made_by, phase=terms.phase))
     return session.result
 
 
 class _Session:
     """Reel by reel."""
 
-    def __init__(self, file: FindingsFile, progress: Callable[[Progress], None], onlooker: Onlooker) -> None:
-        self._file, self._progress, self._onlooker = file, progress, onlooker
+    def __init__(
+        self, file: FindingsFile, progress: Callable[[Progress], None], onlooker: Onlooker, window: Window
+    ) -> None:
+        self._file, self._progress, self._onlooker, self._window = file, progress, onlooker, window
+        self._begin_s: float | None = None
         self.result = ReplayResult()
 
     def judge(self, reel: Reel, pipeline: Pipeline) -> None:
         """Takes the next one."""
         reel.begin(pipeline)
         found: list[Finding] = []
-        for arrivals in prefetched(reel):
-            self._onlooker.stretch(arrivals)
-            outcomes = pipeline.take_stretch(arrivals, self._onlooker.seen)
-            newest = [one for one in outcomes if isinstance(one, Finding)]
-            found += newest
-            self._keep(arrivals, newest)
+        with closing(prefetched(reel)) as several:
+            for arrivals in several:
+                before, inside, after = self._span(arrivals).parts(arrivals)
+                if before:
+                    pipeline.take_stretch(before)
+                    self._told(reel, before, [])
+                if inside:
+                    found += self._judged(reel, inside, pipeline)
+                if after:
+                    break
         self.result.end_reel(pipeline)
-        reel.account(self.result, found)
+        reel.account(self.result, found if self._window.whole else None)
         self._onlooker.end(pipeline)
 
-    def _keep(self, arrivals: Sequence[BlockArrival], found: Sequence[Finding]) -> None:
+    def _span(self, arrivals: Sequence[BlockArrival]) -> Span:
+        if self._begin_s is None:
+            self._begin_s = min(float(one.readings.times()[1].min()) for one in arrivals)
+        return self._window.of(self._begin_s)
+
+    def _judged(self, reel: Reel, arrivals: Sequence[BlockArrival], pipeline: Pipeline) -> list[Finding]:
+        self.result.tell_from(arrivals, pipeline.levels())
+        self._onlooker.stretch(arrivals)
+        outcomes = pipeline.take_stretch(arrivals, self._onlooker.seen)
+        found = [one for one in outcomes if isinstance(one, Finding)]
         for finding in found:
             self._file.append(finding)
-        self.result.cover(arrivals)
         self.result.findings += Counter(one.level.name for one in found if one.detector not in NOTES)
-        self._progress(Progress(self.result.begin_s or 0.0, self.result.duration_s, found))
+        self._told(reel, arrivals, found)
+        return found
+
+    def _told(self, reel: Reel, arrivals: Sequence[BlockArrival], found: Sequence[Finding]) -> None:
+        self.result.cover(arrivals)
+        self._progress(Progress(self.result.begin_s or 0.0, self.result.duration_s, reel.share(), found))
 
 
 @contextmanager
-def _factories(given: Factories | None, jobs: int) -> Iterator[Factories]:
-    if given is not None or jobs <= 1:
-        yield given or Factories()
+def _factories(given: Factories | None, detectors: frozenset[str], jobs: int) -> Iterator[Factories]:
+    unwatched: dict[str, Any] = dict.fromkeys(DETECTORS - detectors)
+    if given is not None or jobs <= 1 or "thruster" in unwatched:
+        yield replace(given or Factories(), **unwatched)
         return
     with detector_processes(jobs) as make:
-        yield Factories(thruster=make)
+        yield replace(Factories(thruster=make), **unwatched)
 
 
 def _without_plots(config: Config) -> Config:
