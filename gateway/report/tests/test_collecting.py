@@ -181,7 +181,8 @@ def test_a_link_second_by_second(config: Config) -> None:
         LinkState(START_S + 41.0, "can0", up=False, detail="bus-off"),
         LinkState(START_S + 43.5, "can0", up=True, detail=""),
     ]
-    several = [[*([one] if one else []), part[1]] for one, part in zip([*can0[:2], None, *can0[2:]], several)]
+    heard = ([can0[0]], [can0[1]], [], *([one] for one in can0[2:]))
+    several = [[*one, part[1]] for one, part in zip(heard, several, strict=True)]
     several[1][0] = BlockArrival("can0", replace(several[1][0].readings, others=((0, told[0]), (1, told[1]))))
     several[4][0] = BlockArrival("can0", replace(several[4][0].readings, others=((0, told[2]), (1, told[3]))))
     link = links_of(config, several)[0]

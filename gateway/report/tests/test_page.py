@@ -1,0 +1,204 @@
+"""The page of a dive: it needs nothing else, says first what was found, and tells everything without a script."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from detectors.verdict import Level
+from gateway.findings import Finding
+from gateway.replay.result import ReplayResult
+from gateway.report.dive import Dive
+from gateway.report.figures import figures
+from gateway.report.found import headline, name_of, troubles, watched
+from gateway.report.page import page, write_page
+from gateway.report.tests.made_dive import BEGIN_S, DRIFT_S, LENGTH_S, TANGLED_S, dive, finding
+from gateway.report.tests.page_parts import LOADS, PageParts
+
+AGAIN = ["gateway", "replay", "my dive.toml", "can.log", "--out", "out"]
+BROWSER = shutil.which("chromium") or shutil.which("google-chrome") or shutil.which("chromium-browser")
+
+
+@pytest.fixture(scope="module")
+def made() -> Dive:
+    return dive()
+
+
+@pytest.fixture(scope="module")
+def parts(made: Dive) -> PageParts:
+    return PageParts(page(made, figures(made), AGAIN))
+
+
+def words(shown: Dive) -> str:
+    return PageParts(page(shown, [], AGAIN)).words
+
+
+def quiet(*findings: Finding, **result: object) -> Dive:
+    """A dive without figures and with these findings."""
+    whole = {"begin_s": BEGIN_S, "end_s": BEGIN_S + LENGTH_S, "duration_s": LENGTH_S, "judged": True} | result
+    nothing: dict[str, object] = {"thrusters": (), "speed": None, "navigation": None, "links": (), "modes": ()}
+    return dive(findings=findings, result=ReplayResult(**whole), **nothing)  # type: ignore[arg-type]
+
+
+def test_it_needs_no_network(parts: PageParts) -> None:
+    assert "link" not in {tag for tag, _ in parts.tags}
+    for tag, attributes in parts.tags:
+        assert not LOADS & set(attributes), f"{tag} {attributes}"
+        assert not any("://" in (value or "") for value in attributes.values()), f"{tag} {attributes}"
+    style = "".join(parts.styles)
+    assert "url(" not in style
+    assert "@import" not in style
+    (policy,) = (one["content"] for _, one in parts.tags if one.get("http-equiv") == "Content-Security-Policy")
+    assert "default-src 'none'" in (policy or "")
+
+
+def test_what_was_found_comes_first_and_the_worst_of_it_before_all(parts: PageParts) -> None:
+    text = parts.words
+    assert "3 faults found" in text[:120]
+    places = [text.index(one) for one in ("Thruster 3 (rear right) FAULT", "Vehicle FAULT", "DVL FAULT", "zoom")]
+    assert places == sorted(places)
+    assert "T3 entangled? 1180 rpm, want 1502 (-21%)" in text
+    assert "at 4:00.4 (22:17:20 UTC), for 1 min 2 s, then over" in text
+
+
+def test_how_long_it_was_and_whether_it_was_over(made: Dive) -> None:
+    found = {one.subject: one for one in troubles(made)}
+    assert list(found) == ["thruster 3", "vehicle", "dvl"]
+    tangled, drifting = found["thruster 3"], found["dvl"]
+    assert tangled.first_s == pytest.approx(TANGLED_S + 0.4)
+    assert tangled.total_s == pytest.approx(61.6)
+    assert (tangled.times, tangled.lasts) == (1, False)
+    assert drifting.lasts
+    assert drifting.first_s > DRIFT_S
+    assert "1 min 58 s, to the end" in words(made)
+
+
+def test_what_comes_and_goes_is_told_once() -> None:
+    several = [
+        finding(at_s, level, "thruster 2", f"T2 {level.name}")
+        for at_s, level in ((10, Level.FAULT), (12, Level.NORMAL), (20, Level.SUSPECT), (23, Level.NORMAL))
+    ]
+    shown = quiet(*several)
+    (trouble,) = troubles(shown)
+    assert (trouble.times, trouble.total_s, trouble.level, trouble.text) == (2, 5.0, Level.FAULT, "T2 FAULT")
+    assert "2 times, first at 0:10 (22:13:30 UTC), 5 s in all" in words(shown)
+
+
+@pytest.mark.parametrize(
+    ("found", "judged", "wanted"),
+    [
+        ([], True, ("Nothing found", "good")),
+        ([], False, ("Nothing could be judged", "quiet")),
+        ([finding(9, Level.SUSPECT, "dvl")], True, ("No fault, 1 suspicion", "warn")),
+        ([finding(9, Level.FAULT, "dvl"), finding(9, Level.SUSPECT, "gyroscope")], True, ("1 fault found", "bad")),
+        ([finding(9, Level.FAULT, "vehicle", "hold asked", "failsafe")], True, ("Nothing found", "good")),
+    ],
+)
+def test_the_headline(found: list[Finding], judged: bool, wanted: tuple[str, str]) -> None:
+    shown = quiet(*found, judged=judged)
+    assert headline(shown) == wanted
+    assert words(shown).startswith(f"{shown.config.vehicle.name}: {wanted[0]} {wanted[0]}")  # title and heading
+
+
+def test_nothing_found_is_told_with_what_was_watched_and_what_never_was() -> None:
+    shown = replace(dive(), findings=(), result=ReplayResult(judged=True, unjudged=["thruster 9", "vehicle"]))
+    told = {one.name: one for one in watched(replace(shown, speed=None))}
+    assert told["Thruster 3 (rear right)"].judged_s == pytest.approx(LENGTH_S - 12.0, abs=1.0)
+    assert told["Vehicle"].level is Level.UNKNOWN
+    assert told["Vehicle"].judged_s == 0.0
+    text = words(replace(shown, speed=None))
+    assert "Never judged: Thruster 9, Vehicle." in text
+    assert "Thruster 1 (front right) 9 min 48 s NORMAL" in text
+
+
+def test_without_a_script_everything_is_told(made: Dive, parts: PageParts) -> None:
+    result = replace(
+        made.result,
+        drops={"can0": Counter({"CRC": 12}), "pipeline": Counter()},
+        logs={"can.log": ["28548 records", "lost, line 7: cut off"]},
+        unused=Counter({"can1": 5}),
+        remarks={"vehicle": "positions from LOCAL_POSITION_NED"},
+    )
+    text = words(replace(made, result=result))
+    told = [one.text for one in made.findings]
+    told += ["28548 records", "lost, line 7: cut off", "CRC 12", "5 frames that no link of the configuration is for"]
+    told += ["down at 1:40 for 12.0 s", "positions from LOCAL_POSITION_NED", "gateway 0.1.0"]
+    told += ["gateway replay 'my dive.toml' can.log --out out", "[[thruster]]"]
+    for one in told:
+        assert " ".join(one.split()) in text, one
+
+
+def test_what_logs_and_configurations_say_is_no_markup(made: Dive) -> None:
+    bad = "<script>alert(1)</script><img src=x>"
+    thruster = made.config.thruster[0].model_copy(update={"name": bad})
+    config = replace(made.config, thruster=[thruster, *made.config.thruster[1:]], text=bad)
+    named = replace(made.thrusters[0], name=bad)
+    several = (finding(5, Level.FAULT, "thruster 1", bad), finding(6, Level.FAULT, bad))
+    shown = replace(
+        made,
+        config=config,
+        config_text=bad,
+        thrusters=(named,),
+        findings=several,
+        modes=((0.0, bad),),
+        result=replace(made.result, logs={bad: [bad]}, remarks={"vehicle": bad}),
+    )
+    seen = PageParts(page(shown, figures(shown), [bad]))
+    plain = PageParts(page(made, figures(made), AGAIN))
+    assert "img" not in {tag for tag, _ in seen.tags}
+    assert sum(tag == "script" for tag, _ in seen.tags) == sum(tag == "script" for tag, _ in plain.tags)
+    assert seen.words.count(bad) >= 8
+
+
+def test_ids_are_of_one_thing_each(parts: PageParts) -> None:
+    assert len(parts.ids) == len(set(parts.ids))
+    assert {"thruster-3", "timeline"} <= set(parts.ids)
+
+
+def test_every_figure_has_its_place(made: Dive, parts: PageParts) -> None:
+    drawn = figures(made)
+    numbers = sorted(int(one["data-number"] or 0) for _, one in parts.tags if "data-number" in one)
+    assert numbers == list(range(len(drawn))) == list(range(len(parts.drawings())))
+    for one in drawn:
+        assert one.title in parts.words
+
+
+def test_the_same_dive_is_the_same_page(made: Dive) -> None:
+    assert page(made, figures(made), AGAIN) == page(made, figures(made), AGAIN)
+
+
+def test_it_is_small_enough_to_be_sent(made: Dive) -> None:
+    assert len(page(made, figures(made), AGAIN)) < 4_000_000  # of which the library is 2 million
+
+
+def test_a_log_without_a_date_is_told_by_its_own_seconds() -> None:
+    shown = replace(quiet(), begin_s=265.0, end_s=300.0)
+    assert "265.0 s by the log" in words(shown)
+    assert "UTC" not in words(replace(shown, findings=(replace(finding(0, Level.FAULT, "dvl"), time_s=270.0),)))
+
+
+def test_names_are_as_people_write_them(made: Dive) -> None:
+    names = [name_of(one, made) for one in ("thruster 3 esc", "dvl", "dvl signal", "link can0", "thruster 12")]
+    assert names == ["Thruster 3 (rear right) ESC", "DVL", "DVL signal", "Link can0", "Thruster 12"]
+
+
+@pytest.mark.skipif(BROWSER is None, reason="needs a browser: apt-get install chromium")
+def test_a_browser_draws_it(made: Dive, tmp_path: Path) -> None:
+    drawn = figures(made)
+    write_page(made, drawn, AGAIN, tmp_path / "report.html")
+    options = ["--headless=new", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'profile'}"]
+    options += ["--enable-logging=stderr", "--window-size=1280,9000", "--virtual-time-budget=20000", "--dump-dom"]
+    seen = subprocess.run(
+        [str(BROWSER), *options, (tmp_path / "report.html").as_uri()],
+        capture_output=True,
+        text=True,
+        timeout=100,
+        check=True,
+    )
+    assert "CONSOLE" not in seen.stderr  # no error, and nothing that the page's own policy refused
+    assert seen.stdout.count('class="plot js-plotly-plot ready"') == sum(one.main for one in drawn)
