@@ -18,6 +18,7 @@ from hil_tests.bench.decoding_mavlink import (
     tlog_columns,
 )
 from hil_tests.bench.figures import console_beside, shared_options, write
+from hil_tests.bench.metrics_timing import metrics
 from hil_tests.bench.navigation_timing import navigation_watch
 from hil_tests.bench.predictor_timing import has_onnx, predictor_step
 from hil_tests.bench.speed_timing import speed_watch
@@ -34,6 +35,7 @@ WORKS = {
     "speed watch": speed_watch,
     "navigation watch": navigation_watch,
     "supervision": supervision,
+    "metrics": metrics,
     "esc.Status": status_frames,
     "esc.Status, block": status_blocks,
     "esc.RawCommand": command_frames,
