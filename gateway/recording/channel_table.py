@@ -35,19 +35,22 @@ class ChannelTable:
         return self._channel_ids[key]
 
     def records(self, channels: Iterable[int], *, again: bool) -> bytes:
-        """Records of those of these channels, and of their schemas, that are not in the file yet.
+        """Records of these channels, in front of their messages, and of their schemas where they are not in the file.
+
+        A chunk thus needs no other one to be replayed.
 
         Args:
             channels: ids.
-            again: those that are, too: what is lost of a file then takes nothing else with it.
+            again: schemas that are in the file, too: viewers need them.
         """
-        wanted = sorted(set(channels) if again else set(channels) - self._written)
-        self._written.update(wanted)
         builder = RecordBuilder()
-        for schema in sorted({self.channels[one].schema_id for one in wanted}):
+        wanted = [self.channels[one] for one in sorted(set(channels))]
+        schemas = {one.schema_id for one in wanted}
+        for schema in sorted(schemas if again else schemas - self._written):
             self.schemas[schema].write(builder)
         for one in wanted:
-            self.channels[one].write(builder)
+            one.write(builder)
+        self._written |= schemas
         return bytes_of(builder)
 
     def _schema(self, layout: Layout) -> int:

@@ -21,7 +21,7 @@ from gateway.recording.items import Item
 from gateway.recording.record_bytes import bytes_of
 from gateway.recording.summary import Summary
 
-# after so many chunks, channels and schemas are written again: what is lost of a file takes nothing else with it
+# after so many chunks, schemas are written again: what is lost of a file takes little else with it
 AGAIN_CHUNKS = 20
 
 
@@ -53,6 +53,8 @@ class PartFile:
             self._begin(about, place)
         except OSError:
             self.abandon()
+            with suppress(OSError):
+                path.unlink()  # the next try makes another
             raise
 
     def write(self, items: Sequence[Item]) -> None:

@@ -14,9 +14,9 @@ from time import monotonic
 from gateway.config_sections import Recording
 from gateway.recording.entries import About
 from gateway.recording.folder import MB, is_full
-from gateway.recording.waiting import WAITING_MAX_BYTES, Batch, Waiting
 from gateway.recording.mending import mend_all
 from gateway.recording.scribe import Scribe
+from gateway.recording.waiting import WAITING_MAX_BYTES, Batch, Waiting
 
 log = logging.getLogger("gateway")
 
@@ -78,7 +78,12 @@ class Recorder(Waiting):
 
     def remember(self, state: bytes) -> None:
         """What has been learnt by now (`gateway.state`): the next file begins with it."""
-        self._scribe.state = state
+        self._scribe.remember(state)
+
+    @property
+    def recorded_bytes(self) -> int:
+        """In all files of the run."""
+        return self._scribe.bytes_written
 
     def state_words(self) -> str:
         """How it goes."""

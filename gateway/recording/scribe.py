@@ -31,7 +31,6 @@ class Scribe:
     Attributes:
         path: of the newest file; None before the first.
         bytes_written: in all files.
-        state: what has been learnt by now; the next file begins with it.
     """
 
     def __init__(self, settings: Recording, about: About, now: Callable[[], float]) -> None:
@@ -42,7 +41,6 @@ class Scribe:
         self._largest = self._bytes_before = 0
         self._parts = about.part - 1
         self.path: Path | None = None
-        self.state = about.state
 
     @property
     def bytes_written(self) -> int:
@@ -51,7 +49,11 @@ class Scribe:
 
     def begin(self, state: bytes, resumed: bool) -> None:
         """What an earlier run has left, see `About`; before anything is written."""
-        self._about, self.state = replace(self._about, resumed=resumed), state
+        self._about = replace(self._about, state=state, resumed=resumed)
+
+    def remember(self, state: bytes) -> None:
+        """What has been learnt by now: the next file begins with it, and goes on from there."""
+        self._about = replace(self._about, state=state, resumed=True)
 
     def write(self, items: Sequence[Item]) -> None:
         """Writes items down, and comes back when they are on the disk.
@@ -102,17 +104,15 @@ class Scribe:
     def _begun(self, items: Sequence[Item]) -> PartFile:
         for path in make_room(self._folder, self._settings.budget_mb * MB - self._file_max):
             log.info("recording %s is deleted: all may take %g MB", path.name, self._settings.budget_mb)
-        self._begun_s = self._now()
-        while True:
-            self._parts += 1
-            path = self._folder / file_name(self._about.vehicle, self._about.started_s, self._parts)
-            about = replace(self._about, part=self._parts, state=self.state)
-            try:
-                file = PartFile(path, about, first_place(items) - 1)
-            except FileExistsError:
-                continue  # of another run that began in the same second
-            self.path = path
-            return file
+        part = self._parts + 1
+        while (path := self._path(part)).exists():  # of another run that began in the same second
+            part += 1
+        file = PartFile(path, replace(self._about, part=part), first_place(items) - 1)
+        self.path, self._parts, self._begun_s = path, part, self._now()
+        return file
+
+    def _path(self, part: int) -> Path:
+        return self._folder / file_name(self._about.vehicle, self._about.started_s, part)
 
     def _abandon(self) -> None:
         file, self._file = self._file, None

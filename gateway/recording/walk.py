@@ -77,7 +77,7 @@ def records(path: Path, damage: DamageReport) -> Iterator[Record]:
             record = _record_at(file, offset, size)
             if record is not None and record.opcode == Opcode.DATA_END:
                 return
-            if record is None or not _is_followed(file, record, size):
+            if record is None or not (_is_chunk(file, offset, size) or _is_followed(file, record, size)):
                 offset = _passed_over(file, offset, size, damage)
             else:
                 yield record
