@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from math import isfinite
-
 # shares at both ends; the threshold, 1, stands half-way
 FULL = 2.0
 CENTRE, THRESHOLD, BLANK = "│", "┊", " "
@@ -32,7 +30,7 @@ def bar(share: float, width: int) -> str:
 def _side(share: float, cells: int, whole: str, half: str, beyond: str) -> str:
     """One side, from the centre outwards."""
     mark = round(cells / FULL)
-    halves = round(2 * cells * min(share, FULL) / FULL) if isfinite(share) and share > 0.0 else 0
+    halves = round(2 * cells * min(share, FULL) / FULL) if share > 0.0 else 0  # NaN neither
     text = [whole] * (halves // 2) + [half] * (halves % 2)
     text += [BLANK] * (cells - len(text))
     text[mark - 1] = THRESHOLD if halves < 2 * mark else CROSSED

@@ -63,7 +63,7 @@ class Changes:
             if self._new_causes(stage, drops):
                 yield f"dropped at {stage}: {counted(drops)}"
         if _kind(telemetry.recording) != _kind(self._recording):
-            yield f"recording: {telemetry.recording or 'nothing'}"
+            yield telemetry.recording or "nothing is recorded"
         self._recording = telemetry.recording
         yield from self._texts(telemetry)
 

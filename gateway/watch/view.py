@@ -17,7 +17,7 @@ from gateway.watch.words import UNKNOWN, ago, clock, counted, number, severity_w
 
 LEVEL_CELLS, SCORE_CELLS, NAME_CELLS_MAX = 7, 5, 16
 # cells of a bar, by the least width of the terminal that has room for it
-BARS: Mapping[int, int] = {110: 25, 76: 13, 60: 9}
+BARS: Mapping[int, int] = {110: 21, 76: 13, 60: 9}
 SPACE, GAP = " ", "  "
 # of a subject's second line
 INDENT = LEVEL_CELLS + 1
@@ -127,7 +127,7 @@ def _link_lines(telemetry: Telemetry, rates: Mapping[str, float], frame: Frame) 
         if dropped := counted(drops):
             yield _styled(f"dropped at {stage}: {dropped}", frame.palette.faint)
     if telemetry.recording:
-        yield Text(f"recording: {telemetry.recording}")
+        yield Text(telemetry.recording)
 
 
 def state_word(up: bool | None) -> str:
