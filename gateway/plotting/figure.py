@@ -152,6 +152,10 @@ class Panel:
     equal: bool = False
     rows: tuple[str, ...] = ()
 
+    def explains(self, name: str) -> bool:
+        """Whether the title tells what a mark of that name is, so that a legend need not."""
+        return not name or self.y_title.startswith(name)
+
 
 @dataclass(frozen=True, slots=True)
 class Figure:

@@ -14,43 +14,46 @@ Palette = Mapping[Colour, str]
 
 DAY: Palette = {
     Colour.MEASURED: "#0a5cad",
-    Colour.PREDICTED: "#c76400",
+    Colour.PREDICTED: "#d46c00",
     Colour.COMMAND: "#7a3fb5",
     Colour.RESIDUAL: "#b5176b",
     Colour.THRESHOLD: "#a8001c",
     Colour.OTHER: "#00857a",
     Colour.FAINT: "#8795a1",
-    Colour.UNKNOWN: "#7d8a96",
-    Colour.NORMAL: "#1f9d6b",
+    Colour.UNKNOWN: "#83909c",
+    Colour.NORMAL: "#0b735a",
     Colour.SUSPECT: "#cc8200",
-    Colour.FAULT: "#b3001e",
+    Colour.FAULT: "#c60d1d",
 }
 NIGHT: Palette = {
     Colour.MEASURED: "#5db0ff",
     Colour.PREDICTED: "#ffae42",
-    Colour.COMMAND: "#c39bff",
+    Colour.COMMAND: "#b48cff",
     Colour.RESIDUAL: "#ff7ab8",
     Colour.THRESHOLD: "#ff7070",
     Colour.OTHER: "#3fd0c0",
     Colour.FAINT: "#7c8b98",
-    Colour.UNKNOWN: "#8e9aa6",
-    Colour.NORMAL: "#35b380",
-    Colour.SUSPECT: "#ffc23d",
-    Colour.FAULT: "#ff4655",
+    Colour.UNKNOWN: "#8b99a6",
+    Colour.NORMAL: "#39e0b4",
+    Colour.SUSPECT: "#ffb800",
+    Colour.FAULT: "#ff3b3b",
 }
 DARK_INK, LIGHT_INK = "#10181f", "#ffffff"
 BAND_OPACITY, SPAN_OPACITY = 0.2, 0.13
+NIGHT_DENSER = 1.5
 # of linear light, red, green, blue (WCAG 2, relative luminance)
 _LUMINANCE = (0.2126, 0.7152, 0.0722)
 
 
 def night_colours() -> dict[str, str]:
     """Each colour that `to_plotly` may use, and what it is on a dark ground: a page exchanges them."""
-    found: dict[str, str] = {}
+    found = {LIGHT_INK: DARK_INK}  # all colours of the night are light
     for colour, day in DAY.items():
         night = NIGHT[colour]
         found[day] = night
-        found |= {filled(day, opacity): filled(night, opacity) for opacity in (BAND_OPACITY, SPAN_OPACITY)}
+        found |= {
+            filled(day, opacity): filled(night, NIGHT_DENSER * opacity) for opacity in (BAND_OPACITY, SPAN_OPACITY)
+        }
     return found
 
 

@@ -14,6 +14,7 @@ from gateway.plotting.picture_marks import draw
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
 
 SUFFIXES = (".png", ".svg")
 WIDTH_IN, DOTS_PER_IN = 10.0, 130
@@ -51,20 +52,22 @@ def save_picture(figure: Figure, path: Path) -> None:
 
     metadata = {"Date": None} if path.suffix.lower() == ".svg" else {"Software": None}
     with mpl.rc_context(LOOK):
-        drawn = _drawn(figure)
-        drawn.savefig(path, dpi=DOTS_PER_IN, facecolor="white", metadata=metadata)
+        canvas_of(figure).savefig(path, dpi=DOTS_PER_IN, facecolor="white", metadata=metadata)
 
 
-def _drawn(figure: Figure) -> Any:
+def canvas_of(figure: Figure) -> Canvas:
+    """As matplotlib has it."""
     from matplotlib.figure import Figure as Canvas
 
     heights = [_height_in(panel) for panel in figure.panels]
     canvas = Canvas(figsize=(WIDTH_IN, HEAD_IN + sum(heights)), layout="constrained")
     several = canvas.subplots(len(heights), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
     x_range = reach(figure)
+    seen: set[str] = set()
     for axes, panel in zip(several, figure.panels, strict=True):
         draw(axes, panel.marks, x_range, over_time=figure.over_time)
         _dress(axes, panel)
+        _name(axes, panel, seen)
     _across(several[-1], figure, x_range)
     canvas.suptitle(figure.title, x=0.01, ha="left", fontsize=13, fontweight="bold")
     if figure.about:
@@ -73,7 +76,7 @@ def _drawn(figure: Figure) -> Any:
 
 
 def _dress(axes: Axes, panel: Panel) -> None:
-    axes.set_ylabel(panel.y_title)
+    axes.set_title(panel.y_title, loc="left", fontsize=9.5, pad=4.0)
     if panel.rows:
         axes.set_yticks(range(len(panel.rows)), panel.rows)
         axes.set_ylim(len(panel.rows) - 0.5, -0.5)
@@ -82,9 +85,19 @@ def _dress(axes: Axes, panel: Panel) -> None:
         axes.set_ylim(panel.y_range)
     if panel.equal:
         axes.set_aspect("equal", adjustable="datalim")
-    handles, labels = axes.get_legend_handles_labels()
-    if handles:
-        axes.legend(handles, labels, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=6, borderaxespad=0.2)
+
+
+def _name(axes: Axes, panel: Panel, seen: set[str]) -> None:
+    """A legend of what was not named yet."""
+    named: dict[str, Any] = {}
+    for handle, name in zip(*axes.get_legend_handles_labels(), strict=True):
+        if name not in seen and not panel.explains(name):
+            named.setdefault(name, handle)
+    seen.update(named)
+    if named:
+        axes.legend(
+            named.values(), named.keys(), loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=7, borderaxespad=0.2
+        )
 
 
 def _across(axes: Axes, figure: Figure, x_range: tuple[float, float]) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from gateway.plotting.figure import Arrows, Band, Bar, Dash, Level, Line, Mark, Points, Span
 from gateway.plotting.palette import BAND_OPACITY, DAY, SPAN_OPACITY, ink
-from gateway.plotting.reduction import band_samples, known_in, line_samples
+from gateway.plotting.reduction import alone, band_samples, drawn_line, known_in
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,13 +31,9 @@ def draw(axes: Axes, marks: Sequence[Mark], x_range: tuple[float, float], *, ove
         over_time: x is the time.
     """
     _bars(axes, [mark for mark in marks if isinstance(mark, Bar)], x_range)
-    named: set[str] = set()
     for mark in marks:
-        if isinstance(mark, Bar):
-            continue
-        label = "_" if not mark.name or mark.name in named else mark.name  # "_": not in the legend
-        named.add(mark.name)
-        _draw(axes, mark, label, over_time)
+        if not isinstance(mark, Bar):
+            _draw(axes, mark, mark.name or "_", over_time)
 
 
 def _draw(axes: Axes, mark: Line | Band | Points | Arrows | Span | Level, label: str, over_time: bool) -> None:
@@ -61,14 +57,12 @@ def _draw(axes: Axes, mark: Line | Band | Points | Arrows | Span | Level, label:
 
 
 def _line(axes: Axes, line: Line, label: str, over_time: bool) -> None:
-    kept = line_samples(line, POINTS_MAX, over_time=over_time)
-    x, y = line.x[kept], np.where(np.isfinite(line.y[kept]), line.y[kept], np.nan)
+    x, y = drawn_line(line, POINTS_MAX, over_time=over_time)
     style = "steps-post" if line.step else "default"
     axes.plot(x, y, color=DAY[line.colour], lw=line.width, ls=DASHES[line.dash], drawstyle=style, label=label)
-    known = np.isfinite(np.concatenate(([np.nan], y, [np.nan])))
-    alone = known[1:-1] & ~known[:-2] & ~known[2:]  # a sample between gaps is no line
-    if alone.any():
-        axes.plot(x[alone], y[alone], ".", color=DAY[line.colour], ms=4)
+    lonely = alone(y)
+    if lonely.any():
+        axes.plot(x[lonely], y[lonely], ".", color=DAY[line.colour], ms=4)
 
 
 def _band(axes: Axes, band: Band, label: str) -> None:
@@ -97,7 +91,7 @@ def _arrows(axes: Axes, arrows: Arrows, label: str) -> None:
     known = known_in(arrows.x, arrows.y, arrows.dx, arrows.dy)
     x, y, dx, dy = (column[known] for column in (arrows.x, arrows.y, arrows.dx, arrows.dy))
     axes.quiver(
-        x, y, dx, dy, color=DAY[arrows.colour], angles="xy", scale_units="xy", scale=1.0, width=0.0035, label=label
+        x, y, dx, dy, color=DAY[arrows.colour], angles="xy", scale_units="xy", scale=1.0, width=0.0026, label=label
     )
     # arrows alone do not widen the axes
     axes.update_datalim(np.column_stack((np.concatenate((x, x + dx)), np.concatenate((y, y + dy)))))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from html import escape
 from math import floor, log10
 from typing import Any, TypeAlias
 
@@ -19,8 +20,10 @@ Json: TypeAlias = dict[str, Any]
 DIGITS = 5
 # The beginning of a dive on an axis of dates: small numbers would be taken for years. Its time of day is 0:00.
 ORIGIN_MS = 86_400_000
-GAP = 0.035  # between panels, as a share of the height
-HEAD_PX, PANEL_PX, ROW_PX, MAP_PX = 70, 120, 26, 360
+PANEL_PX, ROW_PX, MAP_PX = 110, 24, 360
+# above a panel, with its title or without; above and below all of them; a line of the legend
+TITLE_PX, GAP_PX, HEAD_PX, FOOT_PX, LEGEND_PX = 24, 10, 6, 38, 22
+TITLE_SIZE = 12
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,10 +36,12 @@ class TimeAxis:
 
     origin_ms: int = ORIGIN_MS
 
-    def __call__(self, since_s: FloatArray) -> list[int]:
-        """(N,) in milliseconds; all must be finite."""
-        after_ms = np.rint(1000.0 * np.asarray(since_s, dtype=float)).astype(np.int64)
-        return list((self.origin_ms + after_ms).tolist())
+    def __call__(self, since_s: FloatArray) -> list[int | None]:
+        """(N,) in milliseconds; None for what is no number."""
+        known = np.isfinite(since_s)
+        found = (self.origin_ms + np.rint(1000.0 * np.where(known, since_s, 0.0)).astype(np.int64)).astype(object)
+        found[~known] = None
+        return list(found.tolist())
 
 
 Abscissa: TypeAlias = Callable[[FloatArray], list[Any]]
@@ -63,15 +68,26 @@ def axes(figure: Figure, x: Abscissa) -> Json:
     """`xaxis`, `yaxis`, `yaxis2`... of a layout."""
     last = len(figure.panels)
     across = _time_axis(figure, x) if figure.over_time else {"title": {"text": figure.x_title}}
-    found: Json = {"xaxis": across | {"anchor": f"y{last}" if last > 1 else "y"}}
+    found: Json = {"xaxis": across | {"anchor": y_name(last - 1)}}
     for index, (panel, domain) in enumerate(zip(figure.panels, _domains(figure), strict=True)):
-        found[f"yaxis{index + 1}" if index else "yaxis"] = _upward(panel) | {"domain": domain}
+        found[y_name(index).replace("y", "yaxis")] = _upward(panel) | {"domain": domain}
     return found
 
 
-def height_px(figure: Figure) -> int:
-    """Of a figure on a page."""
-    return round(HEAD_PX + sum(_panel_px(panel) for panel in figure.panels))
+def y_name(index: int) -> str:
+    """What plotly calls the y axis of a panel, from 0: y, y2, y3..."""
+    return f"y{index + 1}" if index > 0 else "y"
+
+
+def frame(figure: Figure) -> Json:
+    """What of a layout is around the panels: a title above each, a legend above all, and the sizes."""
+    above_px, inner_px = _above_px(figure.panels[0]) if figure.panels else 0, _inner_px(figure)
+    return {
+        "height": round(HEAD_PX + LEGEND_PX + above_px + inner_px + FOOT_PX),
+        "margin": {"l": 40, "r": 12, "t": HEAD_PX + above_px, "b": FOOT_PX},
+        "legend": {"orientation": "h", "x": 0, "y": round(1.0 + above_px / inner_px, 4), "yanchor": "bottom"},
+        "annotations": [_title(panel, index) for index, panel in enumerate(figure.panels) if panel.y_title],
+    }
 
 
 def _time_axis(figure: Figure, x: Abscissa) -> Json:
@@ -90,28 +106,52 @@ def _time_axis(figure: Figure, x: Abscissa) -> Json:
 
 
 def _upward(panel: Panel) -> Json:
-    axis: Json = {"title": {"text": panel.y_title}}
     if panel.rows:
         count = len(panel.rows)
-        return axis | {
+        return {
             "tickvals": list(range(count)),
             "ticktext": list(panel.rows),
             "range": [count - 0.5, -0.5],
             "fixedrange": True,
             "zeroline": False,
         }
-    if panel.y_range is not None:
-        axis["range"] = list(panel.y_range)
+    axis: Json = {"nticks": 5} if panel.share < 2.0 and not panel.equal else {}
+    axis |= {} if panel.y_range is None else {"range": list(panel.y_range)}
     return axis | ({"scaleanchor": "x"} if panel.equal else {})
 
 
 def _domains(figure: Figure) -> Iterator[list[float]]:
     """From the top."""
-    heights = np.array([_panel_px(panel) for panel in figure.panels])
-    edges = 1.0 - np.concatenate(([0.0], np.cumsum(heights / heights.sum())))
-    for index in range(len(heights)):
-        upper = edges[index] - (GAP if index else 0.0)
-        yield [round(max(float(edges[index + 1]), 0.0), 4), round(float(upper), 4)]
+    whole_px = _inner_px(figure)
+    lower_px = whole_px
+    for index, panel in enumerate(figure.panels):
+        upper_px = lower_px - (_above_px(panel) if index else 0)
+        lower_px = upper_px - _panel_px(panel)
+        yield [round(max(lower_px / whole_px, 0.0), 4), round(upper_px / whole_px, 4)]
+
+
+def _title(panel: Panel, index: int) -> Json:
+    return {
+        "text": escape(panel.y_title),
+        "font": {"size": TITLE_SIZE},
+        "xref": "paper",
+        "x": 0,
+        "xanchor": "left",
+        "yref": f"{y_name(index)} domain",
+        "y": 1,
+        "yanchor": "bottom",
+        "showarrow": False,
+    }
+
+
+def _inner_px(figure: Figure) -> float:
+    """From the upper edge of the first panel to the lower edge of the last."""
+    between_px = sum(_above_px(panel) for panel in figure.panels[1:])
+    return between_px + sum(_panel_px(panel) for panel in figure.panels)
+
+
+def _above_px(panel: Panel) -> int:
+    return TITLE_PX if panel.y_title else GAP_PX
 
 
 def _panel_px(panel: Panel) -> float:

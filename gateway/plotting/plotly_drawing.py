@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from gateway.plotting.figure import Figure
-from gateway.plotting.plotly_axes import Json, abscissa, axes, height_px
+from gateway.plotting.figure import Figure, Panel
+from gateway.plotting.plotly_axes import Json, abscissa, axes, frame, y_name
 from gateway.plotting.plotly_marks import Place, shapes, traces
 
 
@@ -23,14 +23,16 @@ def to_plotly(figure: Figure, begin_s: float | None = None) -> Json:
     x = abscissa(figure, begin_s)
     data: list[Json] = []
     behind: list[Json] = []
+    seen: set[str] = set()
     for index, panel in enumerate(figure.panels):
-        place = Place(index + 1, x, figure.over_time)
-        data += traces(panel.marks, place)
-        behind += shapes(panel.marks, place)
-    layout = axes(figure, x) | {"shapes": behind, "height": height_px(figure), "barmode": "overlay"}
-    layout |= {"uniformtext": {"minsize": 9, "mode": "hide"}, "hoversubplots": "axis"}
+        place = Place(y_name(index), x, figure.over_time)
+        drawn, below = traces(panel.marks, place), shapes(panel.marks, place)
+        _name([*drawn, *below], panel, seen)
+        data += drawn
+        behind += below
+    layout = axes(figure, x) | frame(figure) | {"shapes": behind, "barmode": "overlay", "hoversubplots": "axis"}
+    layout["uniformtext"] = {"minsize": 9, "mode": "hide"}
     layout["hovermode"] = "x unified" if _compared(figure) else "closest"
-    _name_once([*data, *behind])
     return {"data": data, "layout": layout}
 
 
@@ -39,13 +41,11 @@ def _compared(figure: Figure) -> bool:
     return not any(panel.equal or panel.rows for panel in figure.panels)
 
 
-def _name_once(drawn: Iterable[Json]) -> None:
+def _name(drawn: Iterable[Json], panel: Panel, seen: set[str]) -> None:
     """In the legend, what has the same name stands once, and goes and comes together."""
-    seen: set[str] = set()
     for one in drawn:
         name = one.get("name", "")
-        if name:
-            one |= {"legendgroup": name, "showlegend": name not in seen}
+        one["showlegend"] = not panel.explains(name) and name not in seen
+        if one["showlegend"] or name in seen:
+            one["legendgroup"] = name
             seen.add(name)
-        else:
-            one["showlegend"] = False

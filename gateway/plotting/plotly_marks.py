@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from gateway.plotting.figure import Arrows, Band, Bar, Dash, FloatArray, Level, Line, Mark, Points, Span
 from gateway.plotting.palette import BAND_OPACITY, DAY, SPAN_OPACITY, filled, ink
 from gateway.plotting.plotly_axes import Abscissa, Json, rounded
-from gateway.plotting.reduction import band_samples, known_in, line_samples, pieces
+from gateway.plotting.reduction import alone, band_samples, drawn_line, known_in, pieces
 
 POINTS_MAX = 1000  # more than twice what a phone has across, and no fewer than one sees on a desk
 BAR_HEIGHT = 0.72  # of a row
@@ -26,19 +26,14 @@ class Place:
     """Where marks are drawn.
 
     Attributes:
-        axis: number of the panel's y axis, from 1.
+        y_axis: in plotly's words.
         x: how x is written.
         over_time: x is the time.
     """
 
-    axis: int
+    y_axis: str
     x: Abscissa
     over_time: bool
-
-    @property
-    def y_axis(self) -> str:
-        """In plotly's words."""
-        return f"y{self.axis}" if self.axis > 1 else "y"
 
 
 def traces(marks: Sequence[Mark], place: Place) -> list[Json]:
@@ -70,24 +65,26 @@ def _trace(mark: Line | Band | Points | Arrows, place: Place) -> Json:
 
 
 def _line(line: Line, place: Place) -> Json:
-    kept = line_samples(line, POINTS_MAX, over_time=place.over_time)
+    x, y = drawn_line(line, POINTS_MAX, over_time=place.over_time)
     colour = DAY[line.colour]
     look: Json = {"color": colour, "width": line.width, "dash": DASHES[line.dash]}
     return {
         "mode": "lines",
-        "x": place.x(line.x[kept]),
-        "y": rounded(line.y[kept]),
+        "x": place.x(x),
+        "y": rounded(y),
         "line": look | ({"shape": "hv"} if line.step else {}),
-    } | _alone(line.y[kept], colour)
+    } | _lonely(y, colour)
 
 
-def _alone(value: FloatArray, colour: str) -> Json:
-    """A sample between gaps is no line: it is drawn as a point."""
-    known = np.isfinite(np.concatenate(([np.nan], value, [np.nan])))
-    alone = known[1:-1] & ~known[:-2] & ~known[2:]
-    if not alone.any():
+def _lonely(value: FloatArray, colour: str) -> Json:
+    """A sample between gaps is drawn as a point."""
+    lonely = alone(value)
+    if not lonely.any():
         return {}
-    return {"mode": "lines+markers", "marker": {"color": colour, "size": np.where(alone, 4, 0).tolist()}}
+    return {
+        "mode": "lines+markers",
+        "marker": {"color": colour, "size": np.where(lonely, 4, 0).tolist(), "line": {"width": 0}},
+    }
 
 
 def _band(band: Band, place: Place) -> Json:
@@ -146,6 +143,7 @@ def _arrows(arrows: Arrows, place: Place) -> Json:
             "angleref": "previous",
             "size": [0, 10, 0] * len(across),
             "opacity": 1.0,
+            "line": {"width": 0},
         },
         "hoverinfo": "name",
     }

@@ -9,15 +9,23 @@ from gateway.plotting.decimation import decimated
 from gateway.plotting.figure import Band, FloatArray, Line
 
 
-def line_samples(line: Line, points_max: int, *, over_time: bool) -> NDArray[np.intp]:
-    """Of a line (N,): indices, rising. Along a track, the extremes of x are kept as those of y are.
+def drawn_line(line: Line, points_max: int, *, over_time: bool) -> tuple[FloatArray, FloatArray]:
+    """x and y of what is drawn of a line, with gaps (NaN in y). Along a track, extremes of x are kept as those of y.
 
     Args:
         line: any.
-        points_max: about how many are wanted.
+        points_max: about how many samples are wanted.
         over_time: x does nothing but grow.
     """
-    return decimated(gapped(line.y), points_max) if over_time else _both(line.x, line.y, points_max)
+    x, y = np.asarray(line.x, dtype=float), np.where(np.isfinite(line.x), gapped(line.y), np.nan)
+    kept = decimated(y, points_max) if over_time else _both(x, y, points_max)
+    return x[kept], y[kept]
+
+
+def alone(value: FloatArray) -> NDArray[np.bool_]:
+    """(N,) which samples of a line have gaps on both sides: there is no line to draw."""
+    known = np.isfinite(np.concatenate(([np.nan], value, [np.nan])))
+    return known[1:-1] & ~known[:-2] & ~known[2:]
 
 
 def band_samples(band: Band, points_max: int) -> NDArray[np.intp]:

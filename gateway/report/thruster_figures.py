@@ -67,7 +67,7 @@ def _speeds(course: ThrusterCourse) -> Iterator[Mark]:
         predicted + course.threshold_rpm,
         Colour.PREDICTED,
     )
-    yield Line("predicted", course.time_s, predicted, Colour.PREDICTED)
+    yield Line("predicted", course.time_s, predicted, Colour.PREDICTED, width=3.0)
     yield Line("measured", course.time_s, course.speed_rpm, Colour.MEASURED)
 
 
