@@ -52,6 +52,7 @@ class Account:
             behind_s=self._judging.behind_s,
             refits=self._stopwatch.refits,
             recording=self._journal.state_words(),
+            recorded_bytes=self._journal.recorded_bytes,
         )
         return self._board.telemetry(self._clock.now(), counts)
 

@@ -92,6 +92,7 @@ class Telemetry:
         latency_sum_s: of all of them.
         refits: by subject.
         recording: how recording goes, in words; empty: nothing is recorded.
+        recorded_bytes: that are on disk by now; None: nothing is recorded.
     """
 
     time_s: float
@@ -108,3 +109,4 @@ class Telemetry:
     latency_sum_s: float = 0.0
     refits: Mapping[str, Refits] = field(default_factory=dict)
     recording: str = ""
+    recorded_bytes: int | None = None

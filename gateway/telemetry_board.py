@@ -59,6 +59,7 @@ class Counts:
     behind_s: float = 0.0
     refits: Mapping[str, Refits] = field(default_factory=dict)
     recording: str = ""
+    recorded_bytes: int | None = None
 
 
 class TelemetryBoard:
@@ -135,6 +136,7 @@ class TelemetryBoard:
             latency_sum_s=self._latency_s,
             refits=counts.refits,
             recording=counts.recording,
+            recorded_bytes=counts.recorded_bytes,
         )
 
     def _judged(self, of: int | type[Judgement], judgement: Judgement, now_s: float) -> None:

@@ -67,6 +67,8 @@ def families(telemetry: Telemetry, version: str) -> Iterator[Metric]:
     yield _dropped(telemetry)
     yield _found(telemetry.findings)
     yield from _of_judging(telemetry)
+    recorded = [] if telemetry.recorded_bytes is None else [((), telemetry.recorded_bytes)]
+    yield _counter("recording_bytes", "Written to recordings by this run.", (), recorded)
 
 
 def _of_subjects(subjects: Iterable[SubjectTelemetry]) -> Iterator[Metric]:

@@ -28,6 +28,11 @@ class Journal(Protocol):
         """What was not written down, by what it was."""
         ...
 
+    @property
+    def recorded_bytes(self) -> int | None:
+        """That are on disk by now; None: nothing is written down."""
+        ...
+
     def state_words(self) -> str:
         """How it goes; empty where nothing is written down."""
         ...
@@ -88,6 +93,11 @@ class NoJournal:
     def lost(self) -> Counter[str]:
         """Nothing that should have been written down."""
         return Counter()
+
+    @property
+    def recorded_bytes(self) -> int | None:
+        """None."""
+        return None
 
     def state_words(self) -> str:
         """None."""

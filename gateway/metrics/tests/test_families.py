@@ -36,6 +36,7 @@ TELEMETRY = Telemetry(
     latency_counts=(4, 2, 1),
     latency_sum_s=1.5,
     refits={"thruster 1": Refits(3, 0.12)},
+    recorded_bytes=4096,
 )
 
 
@@ -87,6 +88,7 @@ def samples(telemetry: Telemetry, name: str) -> dict[tuple[str, ...], float]:
         ("gateway_latency_seconds_bucket", {("0.1",): 4.0, ("0.25",): 6.0, ("+Inf",): 7.0}),
         ("gateway_latency_seconds_count", {(): 7.0}),
         ("gateway_latency_seconds_sum", {(): 1.5}),
+        ("gateway_recording_bytes_total", {(): 4096.0}),
         ("gateway_refits_total", {("thruster 1",): 3.0}),
         ("gateway_refit_seconds_total", {("thruster 1",): 0.12}),
     ],
