@@ -67,7 +67,7 @@ def rounded(value: FloatArray) -> list[float | None]:
 def axes(figure: Figure, x: Abscissa) -> Json:
     """`xaxis`, `yaxis`, `yaxis2`... of a layout."""
     last = len(figure.panels)
-    across = _time_axis(figure, x) if figure.over_time else {"title": {"text": figure.x_title}}
+    across = _time_axis(figure, x) if figure.over_time else {"title": {"text": escape(figure.x_title)}}
     found: Json = {"xaxis": across | {"anchor": y_name(last - 1)}}
     for index, (panel, domain) in enumerate(zip(figure.panels, _domains(figure), strict=True)):
         found[y_name(index).replace("y", "yaxis")] = _upward(panel) | {"domain": domain}
@@ -110,7 +110,7 @@ def _upward(panel: Panel) -> Json:
         count = len(panel.rows)
         return {
             "tickvals": list(range(count)),
-            "ticktext": list(panel.rows),
+            "ticktext": [escape(row) for row in panel.rows],
             "range": [count - 0.5, -0.5],
             "fixedrange": True,
             "zeroline": False,

@@ -11,7 +11,7 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 
-from gateway.plotting.figure import Arrows, Band, Colour, Figure, Line, Mark, Panel, Points, Span
+from gateway.plotting.figure import Arrows, Band, Bar, Colour, Figure, Line, Mark, Panel, Points, Span
 from gateway.plotting.palette import DAY, night_colours
 from gateway.plotting.plotly_axes import ORIGIN_MS
 from gateway.plotting.plotly_drawing import to_plotly
@@ -165,8 +165,9 @@ def test_bars_are_where_they_were() -> None:
 def test_names_are_no_markup_and_stand_in_the_legend_once() -> None:
     bad = "<b>weeds</b>"
     spans = (Span(bad, 1.0, 2.0, Colour.FAULT), Span(bad, 3.0, 4.0, Colour.FAULT))
-    panel = Panel("<i>score</i>", (*spans, Line("score", *sine(), Colour.RESIDUAL)), rows=())
-    drawn = to_plotly(Figure("one", "One", (panel, panel)))
+    panel = Panel("<i>score</i>", (*spans, Line("score", *sine(), Colour.RESIDUAL)))
+    rows = Panel("", (Bar(0, 1.0, 2.0, Colour.FAULT, bad, bad),), rows=(bad,))
+    drawn = to_plotly(Figure("one", "One", (panel, panel, rows), over_time=False, x_title=bad))
     assert [one["showlegend"] for one in drawn["layout"]["shapes"]] == [True, False, False, False]
     assert {one["name"] for one in drawn["layout"]["shapes"]} == {"&lt;b&gt;weeds&lt;/b&gt;"}
     assert drawn["layout"]["annotations"][0]["text"] == "&lt;i&gt;score&lt;/i&gt;"
