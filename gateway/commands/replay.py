@@ -2,27 +2,15 @@
 
 from __future__ import annotations
 
-import os
-import time
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 from rich.console import Console
-from rich.progress import Progress, SpinnerColumn, TextColumn
 
-from gateway.config import Config, load
-from gateway.findings import Finding
+from gateway.commands.replaying import DIFF, FINDINGS, PHASES, SUMMARY, Request, replayed
 from gateway.problems import ConfigError
-from gateway.replay.log_input import log_input
-from gateway.replay.offsets import offsets_s
 from gateway.severity import Severity
 
-if TYPE_CHECKING:
-    from gateway.replay.result import ReplayResult
-    from gateway.replay.session import Progress as Place
-
-FINDINGS, SUMMARY = "findings.jsonl", "summary.txt"
 CLEAN, FAULTS, FAILED = 0, 1, 2
 
 
@@ -42,11 +30,50 @@ CLEAN, FAULTS, FAILED = 0, 1, 2
     metavar="LOG=SECONDS",
     help="Added to the times of LOG, whose clock was another; left out: found, where the logs show it.",
 )
+@click.option(
+    "--from",
+    "begin",
+    metavar="TIME",
+    help="Tell what is found from here on; what comes before is learnt from. The time since the beginning (90, 5:00, "
+    "1:02:03), or UTC (14:05:00Z, 2026-11-22T14:05:00Z).",
+)
+@click.option("--to", "end", metavar="TIME", help="Judge until here.")
+@click.option(
+    "--detector",
+    "detectors",
+    multiple=True,
+    type=click.Choice(["thruster", "speed", "navigation"]),
+    help="Have only this one judge; may be given again.",
+)
+@click.option(
+    "--phases",
+    type=click.IntRange(2, 64),
+    metavar="N",
+    help=f"Judge N times, each with samples taken a little later, and say which findings depend on that: {PHASES}.",
+)
+@click.option(
+    "--against",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="CONFIG",
+    help=f"Judge with this configuration, too, and say what it would find otherwise: {DIFF}.",
+)
 @click.option("-v", "--verbose", is_flag=True, help="Print all findings, also that something is well.")
-def replay(config: Path, log: tuple[str, ...], out: Path, offsets: tuple[str, ...], verbose: bool) -> None:
+def replay(
+    config: Path,
+    log: tuple[str, ...],
+    out: Path,
+    offsets: tuple[str, ...],
+    begin: str | None,
+    end: str | None,
+    detectors: tuple[str, ...],
+    phases: int | None,
+    against: Path | None,
+    verbose: bool,
+) -> None:
     """Judge recorded dives by the very code that judges live: the same readings give the same findings.
 
     \b
+    ours       .mcap of gateway run: with what it had learnt before, and all of it; the findings are the same
     CAN        candump (-l, or printed with times), ASC, BLF, TRC; gzip or not
     MAVLink    .tlog, also with the CAN frames that an autopilot forwards
     ArduPilot  dataflash .BIN
@@ -59,23 +86,19 @@ def replay(config: Path, log: tuple[str, ...], out: Path, offsets: tuple[str, ..
     Exit code 0: nothing found; 1: faults found; 2: failed, or nothing could be judged.
     """
     console = Console()
+    least = Severity.INFO if verbose else Severity.NOTICE
     try:
-        out.mkdir(parents=True, exist_ok=True)
-        least = Severity.INFO if verbose else Severity.NOTICE
-        result, found = _replayed(load(config), log, offsets, out, console, least)
-        lines = result.lines()
-        (out / SUMMARY).write_text("\n".join([*lines, "", *found]) + "\n", encoding="utf-8")
+        request = Request(config, log, out, offsets, begin, end, detectors, phases or 1, against, least)
+        account = replayed(request, console)
     except (ConfigError, ValueError, OSError) as error:
         raise _failed(_words(error)) from error
     except KeyboardInterrupt as error:  # click would end with 1: as if faults were found
         raise _failed(f"interrupted; what was found until then is in {out / FINDINGS}") from error
-    for line in lines:
+    for line in account.lines:
         console.print(line, highlight=False, markup=False, soft_wrap=True)
-    if result.begin_s is None:
-        raise _failed("nothing in these logs is of a link of the configuration")
-    if not result.judged:
-        raise _failed("nothing could be judged: see what each needs in the configuration, and what these logs have")
-    raise click.exceptions.Exit(FAULTS if result.faulty else CLEAN)
+    if account.unusable:
+        raise _failed(account.unusable)
+    raise click.exceptions.Exit(FAULTS if account.faulty else CLEAN)
 
 
 def _failed(reason: str) -> click.exceptions.Exit:
@@ -87,47 +110,3 @@ def _words(error: Exception) -> str:
     if isinstance(error, OSError) and error.filename is not None:
         return f"{error.filename}: {error.strerror}"
     return str(error)
-
-
-def _replayed(
-    config: Config, logs: tuple[str, ...], offsets: tuple[str, ...], out: Path, console: Console, least: Severity
-) -> tuple[ReplayResult, list[str]]:
-    """What a replay came to, and what it has found, in lines."""
-    # with all detectors and log readers: no other command should wait for them
-    from gateway.outlet import NOTES
-    from gateway.replay.reels import reels
-    from gateway.replay.session import replay as replay_logs
-
-    inputs = [log_input(one, config.links()) for one in logs]
-    given_s = offsets_s(offsets, inputs)
-    found: list[str] = []
-    begin_s = time.perf_counter()
-    columns = (SpinnerColumn(), TextColumn("{task.description}"))
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task("reading")
-
-        def show(place: Place) -> None:
-            speed = place.dive_s / max(time.perf_counter() - begin_s, 1e-3)
-            bar.update(task, description=f"{_clock(place.dive_s)} of the dive, {speed:.0f} times real time")
-            for finding in place.findings:
-                if finding.severity <= least:
-                    found.append(_line(finding, place.begin_s, note=finding.detector in NOTES))
-                    bar.console.print(found[-1], style=_STYLES.get(finding.severity), highlight=False, markup=False)
-
-        return replay_logs(
-            config, reels(inputs, config, given_s), out / FINDINGS, show, jobs=os.cpu_count() or 1
-        ), found
-
-
-_STYLES = {Severity.CRITICAL: "bold red", Severity.ERROR: "red", Severity.WARNING: "yellow"}
-
-
-def _line(finding: Finding, begin_s: float, note: bool) -> str:
-    """With its time since the beginning. A note says how what was asked went, and not how well the vehicle is."""
-    level = "" if note else finding.level.name
-    return f"{_clock(finding.time_s - begin_s)} {level:7} {finding.text}"
-
-
-def _clock(seconds: float) -> str:
-    minutes, second = divmod(int(max(seconds, 0.0)), 60)
-    return f"{minutes // 60}:{minutes % 60:02}:{second:02}"

@@ -97,6 +97,7 @@ class ReplayResult:
         begin = "" if self.begin_s is None else f", from {instant(self.begin_s)} on"
         return [
             f"replayed {self.duration_s:.1f} s of the dive{begin}",
+            *self._told(),
             *(f"{name}: {line}" for name, lines in self.logs.items() for line in lines),
             *(
                 f"{interface}: {count} frames that no link is for; where they are of one, name it: LINK=LOG"
@@ -108,6 +109,12 @@ class ReplayResult:
             *(f"{subject}: {remark}" for subject, remark in self.remarks.items()),
             *([f"never judged: {', '.join(self.unjudged)}"] if self.unjudged else []),
         ]
+
+    def _told(self) -> list[str]:
+        """Where not all is told."""
+        if self.told_from_s is None or self.told_from_s == self.begin_s:
+            return []
+        return [f"told from {instant(self.told_from_s)} on; levels then: {worst_first(self.levels_before)}"]
 
 
 def instant(time_s: float) -> str:

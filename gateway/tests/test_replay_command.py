@@ -151,7 +151,7 @@ def test_interrupted_it_does_not_end_as_if_faults_were_found(replay, monkeypatch
     def interrupted(_path):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("gateway.commands.replay.load", interrupted)
+    monkeypatch.setattr("gateway.commands.replaying.load", interrupted)
     result = replay("bus.toml", "calm.log")
     assert result.exit_code == 2
     assert "findings.jsonl" in result.stderr
