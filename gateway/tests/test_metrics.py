@@ -5,10 +5,12 @@ import socket
 from urllib.request import urlopen
 
 import pytest
+from click.testing import CliRunner
 from prometheus_client.parser import text_string_to_metric_families
 
 from gateway.channel import ThrusterJudgement
 from gateway.checking.metrics import check_metrics
+from gateway.cli import main
 from gateway.config import parse
 from gateway.config_sections import Metrics
 from gateway.metrics.address import HOST, url
@@ -33,6 +35,20 @@ def test_check_knows_whether_the_port_is_free(port):
         line.startswith(f"problem  metrics: port {port} cannot be had: Address already in use; ")
         and "name another as metrics.port" in line
     )
+
+
+def test_the_command_check_looks_at_it(tmp_path, port):
+    buses = TWO_THRUSTERS.replace('[mavlink]\nendpoint = "udpin:127.0.0.1:0"\n', "")
+    path = tmp_path / "gateway.toml"
+    path.write_text(
+        buses.replace('link = "mavlink", servo_channel = 3', 'link = "can0", esc_index = 1')
+        + f"[metrics]\nport = {port}\n"
+    )
+    ok = CliRunner().invoke(main, ["check", str(path)])
+    assert (ok.exit_code, f"ok       metrics: {url(port)}" in ok.output) == (0, True), ok.output
+    with socket.create_server((HOST, port)):
+        taken = CliRunner().invoke(main, ["check", str(path)])
+    assert taken.exit_code == 1 and "problem  metrics: port" in taken.output
 
 
 def scraped(port: int) -> dict[str, dict[tuple[str, ...], float]]:
