@@ -6,7 +6,7 @@ import asyncio
 import logging
 from collections import Counter
 from collections.abc import Callable
-from contextlib import suppress
+from http import HTTPStatus
 
 from gateway.metrics.address import HOST, url, why
 from gateway.metrics.http import Reply, reply
@@ -77,17 +77,15 @@ class MetricsServer:
                 answer = await self._answer(reader)
                 if answer is not None:
                     writer.write(answer.encoded())
-                    await writer.drain()
+                writer.close()
+                await writer.wait_closed()
         except TimeoutError:
             self.drops["silent"] += 1
-            writer.transport.abort()
         except ConnectionError:
             self.drops["connection lost"] += 1
         finally:
             self._writers.discard(writer)
-            writer.close()
-            with suppress(OSError, asyncio.CancelledError):
-                await writer.wait_closed()
+            writer.transport.abort()  # of one that takes no answer
 
     async def _answer(self, reader: asyncio.StreamReader) -> Reply | None:
         """None: there was no whole request."""
@@ -99,7 +97,11 @@ class MetricsServer:
         except asyncio.LimitOverrunError:
             self.drops["head too long"] += 1
             return None
-        answer = reply(head, self._text)
+        try:
+            answer = reply(head, self._text)
+        except Exception as error:  # whatever cannot be shown: the watch goes on
+            log.error("metrics cannot be shown: %r", error)
+            answer = Reply(HTTPStatus.INTERNAL_SERVER_ERROR, b"see the log\n", cause="not to be shown")
         if answer.cause:
             self.drops[answer.cause] += 1
         return answer

@@ -92,6 +92,33 @@ async def test_what_is_no_scrape_is_counted_and_the_next_one_served(port, monkey
         assert (await asked(port, SCRAPE)).endswith(b"level 1\n")
 
 
+async def test_one_that_takes_no_answer_is_let_go(port, monkeypatch):
+    monkeypatch.setattr(metrics, "PATIENCE_S", 0.1)
+    server = MetricsServer(port, lambda: b"x" * 20_000_000)
+    task = asyncio.create_task(server.serve())
+    _, writer = await connected(port)
+    writer.transport.pause_reading()
+    writer.write(SCRAPE)
+    async with asyncio.timeout(5.0):
+        while not server.drops:  # noqa: ASYNC110  the other end's doing
+            await asyncio.sleep(0.01)
+    writer.transport.abort()
+    assert server.drops == {"silent": 1} and not task.done()
+    task.cancel()
+    await asyncio.wait([task])
+
+
+async def test_what_cannot_be_shown_ends_nothing(port, caplog):
+    texts = iter([b"level 1\n"])
+    server = MetricsServer(port, lambda: next(texts))
+    task = asyncio.create_task(server.serve())
+    assert (await asked(port, SCRAPE)).endswith(b"level 1\n")
+    assert (await asked(port, SCRAPE)).startswith(b"HTTP/1.1 500 ")
+    assert not task.done() and server.drops == {"not to be shown": 1} and "StopIteration" in caplog.text
+    task.cancel()
+    await asyncio.wait([task])
+
+
 async def test_many_at_once_are_turned_away(port, monkeypatch):
     monkeypatch.setattr(metrics, "TALKS_MAX", 2)
     async with serving(port) as server:
