@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Iterable
 from contextlib import ExitStack
 from pathlib import Path
@@ -10,11 +9,10 @@ from types import TracebackType
 from typing import Self
 
 from drivers.can.frame import CanFrame
-from drivers.mavlink.encoder import frames_of
-from drivers.mavlink.frames import MAGIC_1, MAGIC_2
+from drivers.logs.candump_writer import candump_line
+from drivers.logs.tlog_writer import tlog_records
 
 HEARD, SAID = "heard.tlog", "said.tlog"
-_STAMP = struct.Struct(">Q")  # of a .tlog: microseconds, big-endian, before each packet
 
 
 class Recorder:
@@ -46,32 +44,12 @@ class Recorder:
 
     def frames(self, bus: str, frames: Iterable[CanFrame]) -> None:
         """Frames that are on the bus where the gateway listens, in order."""
-        self._candump.writelines(_candump_line(bus, frame) for frame in frames)
+        self._candump.writelines(candump_line(bus, frame) for frame in frames)
 
     def heard(self, time_s: float, data: bytes) -> None:
         """Came to the gateway over its link."""
-        self._heard.writelines(_records(time_s, data))
+        self._heard.writelines(tlog_records(time_s, data))
 
     def said(self, time_s: float, data: bytes) -> None:
         """Came from the gateway."""
-        self._said.writelines(_records(time_s, data))
-
-
-def _candump_line(bus: str, frame: CanFrame) -> str:
-    """As `candump -L` writes it; an error frame is one whose identifier has bit 29."""
-    identifier = frame.identifier | (0x2000_0000 if frame.error else 0)
-    digits = 8 if frame.extended or frame.error else 3
-    middle = "##0" if frame.fd else "#"
-    return f"({frame.time_s:.6f}) {bus} {identifier:0{digits}X}{middle}{frame.data.hex().upper()}\n"
-
-
-def _records(time_s: float, data: bytes) -> Iterable[bytes]:
-    """One record for each packet; what is none stands in a record of its own."""
-    stamp = _STAMP.pack(round(1e6 * time_s))
-    whole = data[:1] in (bytes([MAGIC_1]), bytes([MAGIC_2]))
-    packets = list(frames_of(data)) if whole else []
-    if b"".join(packets) != data:
-        packets = [data]
-    for packet in packets:
-        yield stamp
-        yield packet
+        self._said.writelines(tlog_records(time_s, data))
