@@ -32,7 +32,7 @@ class Place:
 
     Attributes:
         number: of its drawing.
-        name, title, about, main: of the figure.
+        name, title, about, main: of the figure; an empty name is no anchor.
         height_px: that it will have.
     """
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+import re
+from collections.abc import Hashable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import groupby
 
 import numpy as np
@@ -13,6 +14,9 @@ from detectors.verdict import Level
 from gateway.report.dive import Dive, FloatArray
 from gateway.report.episodes import Episode, episodes
 
+# what tells a thruster from another in a name and in a text
+_THRUSTER = re.compile(r"^Thruster (\d+)(?: \([^)]*\))?")
+_LABEL = re.compile(r"^T\d+ ")
 # as people write them; all else begins with a capital letter
 WRITTEN: Mapping[str, str] = {"dvl": "DVL", "imu": "IMU", "esc": "ESC", "rpm": "RPM", "mavlink": "MAVLink"}
 
@@ -65,6 +69,31 @@ def troubles(dive: Dive) -> list[Trouble]:
     return [one for one in several if one is not None]
 
 
+def as_one(several: Sequence[Trouble]) -> list[Trouble]:
+    """Thrusters of which the same is told from the same time on are told of together."""
+    alike: dict[Hashable, list[Trouble]] = {}
+    for one in several:
+        alike.setdefault(_told(one), []).append(one)
+    return [group[0] if len(group) == 1 else _together(group) for group in alike.values()]
+
+
+def _told(one: Trouble) -> Hashable:
+    """What is told of it, whichever thruster it is of; of what is no thruster, its name."""
+    rest = _THRUSTER.sub("", one.name)
+    if rest == one.name:
+        return one.name
+    return rest, _LABEL.sub("", one.text), one.level, one.times, one.lasts, round(one.first_s), round(one.total_s)
+
+
+def _together(group: Sequence[Trouble]) -> Trouble:
+    numbers = ", ".join(_THRUSTER.findall(one.name)[0] for one in group)
+    first = group[0]
+    text = _LABEL.sub("", first.text)
+    return replace(
+        first, name=f"Thrusters {numbers}{_THRUSTER.sub('', first.name)}", text=text[:1].upper() + text[1:]
+    )
+
+
 def watched(dive: Dive) -> list[Watched]:
     """Thrusters, speed and sensors, whether something was found or not."""
     judged = dict(_judged(dive))
@@ -79,13 +108,12 @@ def headline(dive: Dive) -> tuple[str, str]:
     """How it went in one line, and how bad that is: "bad", "warn", "good" or "quiet"."""
     found = troubles(dive)
     faults = sum(one.level is Level.FAULT for one in found)
-    suspicions = len(found) - faults
     if faults:
         return f"{_counted(faults, 'fault')} found", "bad"
-    if suspicions:
-        return f"No fault, {_counted(suspicions, 'suspicion')}", "warn"
     if not dive.result.judged:
-        return "Nothing could be judged", "quiet"
+        return "Nothing could be judged", "warn"
+    if found:
+        return f"No fault, {_counted(len(found), 'suspicion')}", "warn"
     return "Nothing found", "good"
 
 

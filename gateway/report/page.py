@@ -14,7 +14,7 @@ from gateway.plotting.figure import Figure
 from gateway.plotting.pages import Drawings, Place, environment
 from gateway.replay.result import UNIX_SINCE_S, instant
 from gateway.report.dive import Dive
-from gateway.report.found import headline, name_of, troubles, watched
+from gateway.report.found import as_one, headline, name_of, troubles, watched
 from gateway.report.subjects import calm_subjects
 from gateway.summary import listed
 
@@ -71,7 +71,7 @@ def page(dive: Dive, figures: Sequence[Figure], again: Sequence[str]) -> str:
     """The page; see `write_page`. The same dive gives the same page."""
     drawings = Drawings.of(figures)
     title, mood = headline(dive)
-    found = troubles(dive)
+    found = as_one(troubles(dive))
     return (
         environment(TEMPLATES)
         .get_template("report.html")

@@ -15,7 +15,7 @@ from gateway.findings import Finding
 from gateway.replay.result import ReplayResult
 from gateway.report.dive import Dive
 from gateway.report.figures import figures
-from gateway.report.found import headline, name_of, troubles, watched
+from gateway.report.found import as_one, headline, name_of, troubles, watched
 from gateway.report.page import page, write_page
 from gateway.report.tests.made_dive import BEGIN_S, DRIFT_S, LENGTH_S, TANGLED_S, dive, finding
 from gateway.report.tests.page_parts import LOADS, PageParts
@@ -89,11 +89,23 @@ def test_what_comes_and_goes_is_told_once() -> None:
     assert "2 times, first at 0:10 (22:13:30 UTC), 5 s in all" in words(shown)
 
 
+def test_what_is_the_same_of_many_thrusters_is_told_once() -> None:
+    silent = [finding(5, Level.SUSPECT, f"thruster {n} esc", f"T{n} ESC silent 5.1 s") for n in (1, 2, 3)]
+    other = finding(6, Level.SUSPECT, "thruster 4 esc", "T4 ESC silent 5.1 s")
+    told = as_one(troubles(quiet(*silent, other, finding(5, Level.SUSPECT, "dvl", "DVL noisy"))))
+    assert [(one.name, one.text) for one in told] == [
+        ("DVL", "DVL noisy"),
+        ("Thrusters 1, 2, 3 ESC", "ESC silent 5.1 s"),
+        ("Thruster 4 (rear left) ESC", "T4 ESC silent 5.1 s"),
+    ]
+
+
 @pytest.mark.parametrize(
     ("found", "judged", "wanted"),
     [
         ([], True, ("Nothing found", "good")),
-        ([], False, ("Nothing could be judged", "quiet")),
+        ([], False, ("Nothing could be judged", "warn")),
+        ([finding(9, Level.SUSPECT, "thruster 1 esc")], False, ("Nothing could be judged", "warn")),
         ([finding(9, Level.SUSPECT, "dvl")], True, ("No fault, 1 suspicion", "warn")),
         ([finding(9, Level.FAULT, "dvl"), finding(9, Level.SUSPECT, "gyroscope")], True, ("1 fault found", "bad")),
         ([finding(9, Level.FAULT, "vehicle", "hold asked", "failsafe")], True, ("Nothing found", "good")),
