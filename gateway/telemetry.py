@@ -93,6 +93,9 @@ class Telemetry:
         refits: by subject.
         recording: how recording goes, in words; empty: nothing is recorded.
         recorded_bytes: that are on disk by now; None: nothing is recorded.
+
+    Raises:
+        ValueError: counts and bounds that do not go together.
     """
 
     time_s: float
@@ -110,3 +113,10 @@ class Telemetry:
     refits: Mapping[str, Refits] = field(default_factory=dict)
     recording: str = ""
     recorded_bytes: int | None = None
+
+    def __post_init__(self) -> None:
+        bounds, counts = self.latency_bounds_s, self.latency_counts
+        if counts and len(counts) != len(bounds) + 1:
+            raise ValueError(
+                f"{len(counts)} latency_counts for {len(bounds)} latency_bounds_s: want one more, or none"
+            )

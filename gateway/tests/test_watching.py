@@ -85,6 +85,7 @@ def test_what_a_newer_gateway_tells_beside_is_left_out():
         ({"time_s": 1, "vehicle": "ROV", "running_s": 1, "subjects": [{"subject": 1}]}, "subjects.0.subject = 1"),
         ({"time_s": 10**400, "vehicle": "ROV", "running_s": 1}, "time_s = 1000"),
         ({"time_s": 1, "vehicle": "ROV", "running_s": 1, "subjects": [{"level": 9}]}, "subjects.0.subject"),
+        ({"time_s": 1, "vehicle": "ROV", "running_s": 1, "latency_counts": [1, 2]}, "telemetry = .*want one more"),
     ],
 )
 def test_what_is_no_telemetry_is_told_why(table, why):
