@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-import asyncio
-import time
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from rich.text import Text
 from textual.app import App, ComposeResult
 from textual.binding import Binding, BindingType
+from textual.message import Message
 from textual.widgets import Footer, Static
 
 from gateway.watch.lines import Lines
+from gateway.watch.looking import Looking
 from gateway.watch.palette import COLOURED, PLAIN
 from gateway.watch.rates import Rates
-from gateway.watch.source import Look, Rhythm, Source
+from gateway.watch.source import Look, Played, Source
 from gateway.watch.view import Frame, headline, link_lines, subject_lines, text_lines
 
 # the terminal's own colours and ground, light or dark
@@ -30,6 +30,13 @@ class WatchApp(App[None]):
         source: what is looked at.
         every_s: time from one look to the next.
     """
+
+    class Seen(Message):
+        """From the thread that looks."""
+
+        def __init__(self, look: Look | Exception) -> None:
+            super().__init__()
+            self.look = look
 
     CSS = """
     #headline { height: 1; text-style: bold; }
@@ -49,7 +56,7 @@ class WatchApp(App[None]):
         super().__init__(ansi_color=True)
         if OWN_COLOURS in self.available_themes:
             self.theme = OWN_COLOURS
-        self.source, self._every_s = source, every_s
+        self._looking = Looking(source, every_s, lambda look: self.post_message(self.Seen(look)))
         self._rates = Rates()
         self._look: Look | None = None
         self._rate: Mapping[str, float] = {}
@@ -67,25 +74,23 @@ class WatchApp(App[None]):
     def on_mount(self) -> None:
         """Begins to look."""
         self.query_one("#subjects", Lines).focus()
-        self.run_worker(self._watch(), name="watch", exclusive=True)
+        self._looking.start()
 
-    def on_resize(self) -> None:
-        """The same in another width."""
-        self._draw()
+    def on_unmount(self) -> None:
+        """Looks no more."""
+        self._looking.stop()
 
     def action_hold(self) -> None:
         """What is shown stays as it is, until it is wanted to go on."""
         self._held = not self._held
         self._draw()
 
-    async def _watch(self) -> None:
-        """Looks are in a thread: whoever is asked may take his time, and keys are heard all the while."""
-        rhythm = Rhythm(self._every_s, time.monotonic)
-        while True:
-            look = await asyncio.to_thread(self.source.look)
-            if not self._held:
-                self.take(look)
-            await asyncio.sleep(rhythm.rest_s())
+    def on_watch_app_seen(self, message: Seen) -> None:
+        """A look, or what is a bug."""
+        if isinstance(message.look, Exception):
+            raise message.look
+        if not self._held:
+            self.take(message.look)
 
     def take(self, look: Look) -> None:
         """Shows what was seen."""
@@ -111,11 +116,14 @@ class WatchApp(App[None]):
         self.query_one(f"#{name}", Static).update(Text(words, style=style))
 
     def _show(self, name: str, drawn: Callable[[Frame], list[Text]], fresh: bool) -> None:
-        """Lines in the width that there is; of what is no more so, dimmed."""
-        widget = self.query_one(f"#{name}", Lines)
-        frame = Frame(max(1, widget.scrollable_content_region.width), PLAIN if self.no_color else COLOURED)
-        lines = drawn(frame)
-        widget.show(lines if fresh else [Text().append(line.plain, style="dim") for line in lines])
+        """What is no more so is dimmed."""
+        palette = PLAIN if self.no_color else COLOURED
+
+        def lines(width: int) -> list[Text]:
+            several = drawn(Frame(width, palette))
+            return several if fresh else [Text().append(line.plain, style=palette.faint) for line in several]
+
+        self.query_one(f"#{name}", Lines).show(lines)
 
 
 class PlayerApp(WatchApp):
@@ -130,9 +138,9 @@ class PlayerApp(WatchApp):
         Binding("home", "act('again')", "again", priority=True),
     ]
 
-    def __init__(self, source: Any, every_s: float) -> None:
+    def __init__(self, source: Played, every_s: float) -> None:
         super().__init__(source, every_s)
-        self._acts: Mapping[str, Callable[[], None]] = source.acts
+        self._acts = source.acts
 
     def action_act(self, act: str) -> None:
         """Does what a key asks for."""

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from rich.text import Text
 from textual.geometry import Region, Size
 from textual.scroll_view import ScrollView
 from textual.strip import Strip
+
+# lines for so many cells
+Drawn = Callable[[int], list[Text]]
 
 
 class Lines(ScrollView, can_focus=True):
@@ -15,11 +18,25 @@ class Lines(ScrollView, can_focus=True):
 
     def __init__(self, name: str) -> None:
         super().__init__(id=name)
+        self._drawn: Drawn = lambda _: []
         self._lines: list[Text] = []
 
-    def show(self, lines: Sequence[Text]) -> None:
-        """Shows these lines in place of those before."""
-        old, self._lines = self._lines, list(lines)
+    def show(self, drawn: Drawn) -> None:
+        """Shows these lines in place of those before; whenever the width is another, they are made anew."""
+        self._drawn = drawn
+        self._redraw()
+
+    def on_resize(self) -> None:
+        """The same in another width."""
+        self._redraw()
+
+    def _redraw(self) -> None:
+        width = self.scrollable_content_region.width
+        if width:  # it has none before it has its place on the screen
+            self._take(self._drawn(width))
+
+    def _take(self, lines: list[Text]) -> None:
+        old, self._lines = self._lines, lines
         if len(old) != len(lines):
             self.virtual_size = Size(0, len(lines))
             self.refresh(layout=self.styles.auto_dimensions)

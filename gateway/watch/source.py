@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -39,6 +39,15 @@ class Source(Protocol):
 
     def close(self) -> None:
         """After the last look."""
+        ...
+
+
+class Played(Source, Protocol):
+    """A dive that is played."""
+
+    @property
+    def acts(self) -> Mapping[str, Callable[[], None]]:
+        """What a player's keys do, at any time, from any thread: "pause", "faster", "slower", "skip", ..."""
         ...
 
 

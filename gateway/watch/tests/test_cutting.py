@@ -10,7 +10,7 @@ from gateway.watch.cutting import Bits
 
 
 def arrivals(places: bool) -> list[BlockArrival]:
-    """Two links over ten seconds; on the first, one reading in ten is stamped a little earlier than the one before."""
+    """Two links over ten seconds; one reading in ten of the first is stamped earlier than the one before."""
     first = [
         ThrusterCommand(0.05 * n - (0.2 if n % 10 == 5 else 0.0), 1, 0.5)
         if n % 2
