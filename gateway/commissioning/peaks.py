@@ -43,11 +43,11 @@ def counted(events: int, hours: float) -> RateBound:
     Raises:
         ValueError: no time.
     """
-    from scipy.stats import chi2
+    from scipy.special import gammaincinv
 
     if not hours > 0.0:
         raise ValueError(f"hours = {hours}: want more than none")
-    return RateBound(events / hours, float(chi2.ppf(SURE, 2 * events + 2)) / 2.0 / hours)
+    return RateBound(events / hours, float(gammaincinv(events + 1.0, SURE)) / hours)
 
 
 def block_maxima(time_s: FloatArray, score: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -113,10 +113,10 @@ class Tail:
         return float((1.0 + self.shape * excess) ** (-1.0 / self.shape) if self.shape else np.exp(-excess))
 
     def _scale_bound(self) -> float:
-        """By how much the scale may be larger: of k exponential excesses, 2k times their mean is chi-squared."""
-        from scipy.stats import chi2
+        """By how much the scale may be larger: the sum of k exponential excesses has a gamma distribution."""
+        from scipy.special import gammaincinv
 
-        return float(2 * self.over / chi2.ppf(1.0 - SURE, 2 * self.over))
+        return self.over / float(gammaincinv(float(self.over), 1.0 - SURE))
 
 
 def tail(peaks: Sequence[float] | FloatArray) -> Tail | None:

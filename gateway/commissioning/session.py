@@ -13,8 +13,8 @@ from gateway.commissioning.dive import RecordedDive
 from gateway.commissioning.part import Part, Quantity, Setting
 from gateway.commissioning.settings_file import with_settings
 from gateway.commissioning.state_file import Taught, taught
-from gateway.commissioning.thresholds import commission_thresholds
-from gateway.commissioning.thruster import LearntThruster, commission_thruster
+from gateway.commissioning.thresholds import SUBJECT, commission_thresholds
+from gateway.commissioning.thruster import LearntThruster, commission_thruster, detector_settings, search_settings
 from gateway.config import Config, parse
 
 STATE, PAGE = "vehicle.state", "commissioning.html"
@@ -84,10 +84,16 @@ def commission(
         OSError: the file cannot be read.
     """
     with threadpool_limits(limits=1, user_api="blas"):
-        thrusters, parts = _learnt(config, dives, wishes, tell)
-        settings = [setting for part in parts for setting in part.settings]
+        thrusters = list(_thrusters(config, dives, wishes, tell))
         sound = [one for one in thrusters if one.sound]
+        detecting = detector_settings(config.detector.thruster, sound)
+        tell("looking for the thrusters' threshold")
+        parts = [one.part for one in thrusters]
+        parts.append(commission_thresholds(thrusters, detecting, wishes.false_alarms_per_hour))
+        parts += _others(config, dives, wishes, tell)
+        settings = [setting for part in parts for setting in part.settings]
         if sound:
+            settings += search_settings(config.detector.thruster, detecting)
             settings.append(Setting("files.state", STATE, f"knows {_numbers(sound)} already"))
         if not settings:
             return Commissioning(tuple(dives), tuple(parts), None, None)
@@ -95,22 +101,16 @@ def commission(
         text = with_settings(source.read_text(encoding="utf-8"), settings, removed, source.parent, out)
         tell("judging the dives with the new configuration")
         known = taught(parse(text, out.resolve(), str(out / source.name)), sound)
-    told = [_with_reached(part, known) if part.subject == "thrusters" else part for part in parts]
+    told = [_with_reached(part, known) if part.subject == SUBJECT else part for part in parts]
     return Commissioning(tuple(dives), tuple(told), text, state.pack(known.state) if sound else None)
 
 
-def _learnt(
+def _thrusters(
     config: Config, dives: Sequence[RecordedDive], wishes: Wishes, tell: Callable[[str], None]
-) -> tuple[list[LearntThruster], list[Part]]:
-    """Thrusters, and the parts of all subjects."""
-    thrusters = []
+) -> Iterator[LearntThruster]:
     for thruster in config.thruster:
         tell(f"learning thruster {thruster.number}")
-        thrusters.append(commission_thruster(thruster, config, dives, wishes.vouched))
-    tell("looking for the thrusters' threshold")
-    parts = [one.part for one in thrusters]
-    parts.append(commission_thresholds(thrusters, config.detector.thruster, wishes.false_alarms_per_hour))
-    return thrusters, [*parts, *_others(config, dives, wishes, tell)]
+        yield commission_thruster(thruster, config, dives, wishes.vouched)
 
 
 def _others(

@@ -67,9 +67,10 @@ class SteadyCurve:
 
 
 def steady_curve(models: Sequence[ThrusterModel]) -> SteadyCurve | None:
-    """The curve that models of one thruster, one or more, agree on; None where none is sure of anything."""
-    command = _points(models)
-    supply_v = float(np.nanmedian(supplies)) if (supplies := [m.supply_v for m in models]) else float("nan")
+    """The curve that models of one thruster agree on; None where there is none, or none is sure of anything."""
+    if not models:
+        return None
+    command, supply_v = _points(models), _supply_v(models)
     speeds = np.stack([at_supply(model, command, supply_v) for model in models])
     doubts = np.stack([model.doubt(command) for model in models])
     knowing = np.stack([model.knows(command) for model in models]) & (doubts < SURE) & (speeds != 0.0)
@@ -86,6 +87,11 @@ def at_supply(model: ThrusterModel, command: FloatArray, supply_v: float) -> Flo
     """(N,) steady speeds of a model at another supply voltage than its own, where both are known."""
     change = supply_v / model.supply_v - 1.0
     return np.asarray(model.speed_rpm(command) * (1.0 + model.supply_exponent * np.nan_to_num(change)))
+
+
+def _supply_v(models: Sequence[ThrusterModel]) -> float:
+    measured = [model.supply_v for model in models if np.isfinite(model.supply_v)]
+    return float(np.median(measured)) if measured else float("nan")
 
 
 def _points(models: Sequence[ThrusterModel]) -> FloatArray:

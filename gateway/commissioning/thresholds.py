@@ -75,7 +75,7 @@ def commission_thresholds(
 
     Args:
         thrusters: what was learnt of each; those of which something is missing have no say.
-        config: their settings.
+        config: settings of their detectors.
         false_alarms_per_hour: how many faults may be said of a healthy vehicle.
     """
     sound = [one for one in thrusters if one.sound]
@@ -158,8 +158,7 @@ def dive_peaks(thrusters: Sequence[LearntThruster], config: ThrusterConfig) -> l
 
 def _scores(thruster: LearntThruster, config: ThrusterConfig) -> Iterator[tuple[FloatArray, FloatArray]]:
     """Of each dive, times and scores of what was judged; a fault is a run of scores, so the least of such a run."""
-    settings = thruster.response.config if thruster.response else config
-    detector = ThrusterDetector(replace(settings, caution=CAUTION_MAX, seed=config.seed + thruster.number))
+    detector = ThrusterDetector(replace(config, caution=CAUTION_MAX, seed=config.seed + thruster.number))
     for samples, columns in zip(thruster.samples, successive(thruster.samples), strict=True):
         verdicts = detector.run(*columns)
         lasting = verdicts.score.copy()

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
+from detectors.thruster import ThrusterConfig
 from gateway.commissioning.dive import RecordedDive, ThrusterSamples
 from gateway.commissioning.excitation import excitation
-from gateway.commissioning.part import Part
+from gateway.commissioning.part import Part, Setting
 from gateway.commissioning.thruster_figures import thruster_figures
 from gateway.commissioning.thruster_response import ThrusterResponse, response
 from gateway.commissioning.thruster_words import missing, quantities, remarks, unhealthy
@@ -67,6 +68,26 @@ def commission_thruster(
         figures=tuple(thruster_figures(thruster, samples, answer)),
     )
     return LearntThruster(thruster.number, part, used, samples, answer)
+
+
+def detector_settings(config: ThrusterConfig, thrusters: Sequence[LearntThruster]) -> ThrusterConfig:
+    """Settings of a detector that finds the delay and lag of all of these thrusters."""
+    found = [one.response.config for one in thrusters if one.response is not None]
+    return replace(
+        config,
+        delay_max=max([config.delay_max, *(one.delay_max for one in found)]),
+        lag_max=max([config.lag_max, *(one.lag_max for one in found)]),
+        warmup=max([config.spans[2], *(one.spans[2] for one in found)]),
+    )
+
+
+def search_settings(config: ThrusterConfig, wanted: ThrusterConfig) -> Iterator[Setting]:
+    """What of these settings the file does not say yet."""
+    for name in ("delay_max", "lag_max", "warmup"):
+        if getattr(wanted, name) != getattr(config, name):
+            yield Setting(
+                f"detector.thruster.{name}", getattr(wanted, name), "samples, for thrusters that answer late"
+            )
 
 
 def _unheard(thruster: Thruster) -> str:

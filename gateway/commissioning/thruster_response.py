@@ -65,10 +65,7 @@ def response(dives: Sequence[ThrusterSamples], config: ThrusterConfig) -> Thrust
     """How one thruster answers, as these dives show it; None where they show too little."""
     fitted = [[*_models(one, config)] for one in dives]
     models = [model for dive in fitted for model, _ in dive]
-    if not models:
-        return None
-    wider = _wider(models, config)
-    if wider != config:
+    if models and (wider := _wider(models, config)) != config:
         return response(dives, wider)
     curve = steady_curve(models)
     return None if curve is None else _summary(curve, fitted, config)
