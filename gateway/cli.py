@@ -12,6 +12,7 @@ import click
 
 from drivers.readings import OperatorAct
 from gateway.commands.commission import commission
+from gateway.commands.export import export
 from gateway.commands.replay import replay
 from gateway.commands.watch import watch
 from gateway.config import Config, load
@@ -81,6 +82,7 @@ def main() -> None:
 
 main.add_command(train)
 main.add_command(commission)
+main.add_command(export)
 main.add_command(replay)
 main.add_command(watch)
 

@@ -56,7 +56,7 @@ def read_about_from(values: Mapping[str, str], files: Iterable[Attachment], path
         AboutError: something is missing, or not as it should be.
     """
     if values.get("format") != FORMAT:
-        raise AboutError(f"format {values.get('format', 'missing')!r}: want {FORMAT!r}")
+        raise AboutError(f"what it says of itself is of format {values.get('format', 'unknown')}: want {FORMAT}")
     data = {one.name: one.data for one in files}
     try:
         about = About(
@@ -73,7 +73,7 @@ def read_about_from(values: Mapping[str, str], files: Iterable[Attachment], path
         )
         return about, int(values["place"])
     except (KeyError, ValueError) as error:
-        raise AboutError(f"{error!r} in what it says of itself") from error
+        raise AboutError(f"what it says of itself is damaged ({error})") from error
 
 
 def _attachment(name: str, media_type: str, data: bytes, about: About) -> Attachment:

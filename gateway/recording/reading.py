@@ -46,7 +46,11 @@ def read_about(path: Path) -> About:
         OSError: it cannot be read.
         ValueError: it is no recording of ours, or that is damaged.
     """
-    return _about(path)[0]
+    _check(path)
+    try:
+        return _about(path)[0]
+    except AboutError as error:
+        raise ValueError(f"{path}: {error}; what it holds can still be had by `gateway export`") from error
 
 
 def read_entries(path: Path, damage: DamageReport) -> Iterator[list[Entry]]:
@@ -60,9 +64,14 @@ def read_entries(path: Path, damage: DamageReport) -> Iterator[list[Entry]]:
 
     Raises:
         OSError: it cannot be read.
-        ValueError: it is no recording of ours, or what it says of itself is damaged.
+        ValueError: it is no recording of ours.
     """
-    _, place = _about(path)
+    _check(path)
+    try:
+        _, place = _about(path)
+    except AboutError as error:
+        damage.add(str(error), "its beginning")
+        place = 0
     return _entries(path, place, damage)
 
 
@@ -82,13 +91,25 @@ def _entries(path: Path, place: int, damage: DamageReport) -> Iterator[list[Entr
             damage.add("no end: it was written until the power went, or still is", f"offset {file.seek(0, 2)}")
 
 
-def _about(path: Path) -> tuple[About, int]:
-    """With the place of what was recorded last before the file."""
+def _check(path: Path) -> None:
+    """Whether it is a recording of ours.
+
+    Raises:
+        OSError, ValueError: see `read_about`.
+    """
     with path.open("rb") as file:
         head = file.read(HEAD_BYTES)
     if not is_recording(head):
         found = "an MCAP file of another program" if is_mcap(head) else looks_like(head)
         raise ValueError(f"{path}: want a recording of the gateway (.mcap), this is {found}")
+
+
+def _about(path: Path) -> tuple[About, int]:
+    """With the place of what was recorded last before the file.
+
+    Raises:
+        AboutError: it is damaged.
+    """
     values: dict[str, str] = {}
     files = []
     for record in _first_records(path):
@@ -98,10 +119,7 @@ def _about(path: Path) -> tuple[About, int]:
                 values = said.metadata if said.name == PROGRAM else values
             case Opcode.ATTACHMENT:
                 files.append(Attachment.read(record.stream()))
-    try:
-        return read_about_from(values, files, path)
-    except AboutError as error:
-        raise ValueError(f"{path}: {error}; its frames and packets can still be read by `gateway export`") from error
+    return read_about_from(values, files, path)
 
 
 def _first_records(path: Path) -> Iterator[Record]:
