@@ -9,6 +9,8 @@ from dataclasses import dataclass, replace
 from detectors.thruster import ThrusterDetector
 from detectors.verdict import Level
 from gateway.channel import Learnt
+from gateway.commissioning.dive import ThrusterSamples
+from gateway.commissioning.excitation import excitation
 from gateway.commissioning.successive import successive
 from gateway.commissioning.thruster import LearntThruster
 from gateway.config import Config
@@ -42,9 +44,16 @@ def taught(config: Config, thrusters: Sequence[LearntThruster]) -> Taught:
             continue
         subject = f"thruster {one.number}"
         detector = ThrusterDetector(fresh[subject].detector.config, one.response.curve.commissioned())
-        for samples, columns in zip(one.samples, successive(one.samples), strict=True):
+        dives = sorted(one.samples, key=_reach)
+        for samples, columns in zip(dives, successive(dives), strict=True):
             level = detector.run(*columns).level
             faults += int(((level[1:] == Level.FAULT) & (level[:-1] != Level.FAULT)).sum())
             hours += float((level != Level.UNKNOWN).sum()) / samples.rate_hz / 3600.0
         learnt[subject] = replace(fresh[subject], alignment=one.samples[0].rate_hz, detector=detector)
     return Taught(State(present(), time.time(), learnt, pipeline.remember()), faults, hours)
+
+
+def _reach(samples: ThrusterSamples) -> float:
+    """How much of its commands a dive shows: the one that shows most comes last, for a detector knows its newest."""
+    driven = excitation([samples])
+    return driven.ahead + driven.astern
