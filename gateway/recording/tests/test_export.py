@@ -4,14 +4,12 @@ from pathlib import Path
 
 import pytest
 from can.io import CanutilsLogReader
-from click.testing import CliRunner
 from pymavlink import mavutil
 
 from drivers.logs.candump import read_candump
 from drivers.logs.damage import DamageReport
 from drivers.mavlink.encoder import MavlinkEncoder
 from drivers.mavlink.messages import StatusText
-from gateway.commands.export import export as command
 from gateway.config_sections import Recording
 from gateway.findings import Finding
 from gateway.recording.entries import Frames
@@ -120,32 +118,3 @@ def test_an_export_takes_the_place_of_an_earlier_one(tmp_path: Path, journal: Wa
     export(run, tmp_path / "out")
     assert not stale.exists()
     assert texts(stale.with_name(HEARD))
-
-
-def test_damage_is_told(tmp_path: Path, journal: Waiting):
-    dive(journal, seconds=2)
-    (file,) = record(tmp_path, journal)
-    file.write_bytes(file.read_bytes()[:-500])
-    result = CliRunner().invoke(command, [str(file), "--out", str(tmp_path / "out")])
-    assert result.exit_code == 0
-    assert "can.log: 182" in result.output
-    assert "no end" in result.output
-
-
-def test_without_what_it_says_of_itself(tmp_path: Path, journal: Waiting):
-    dive(journal)
-    (file,) = record(tmp_path, journal)
-    file.write_bytes(file.read_bytes().replace(b"started_s", b"startedXs"))
-    result = CliRunner().invoke(command, [str(file), "--out", str(tmp_path / "out")])
-    assert result.exit_code == 0
-    assert "can.log: 91" in result.output
-    assert "what it says of itself is damaged" in result.output
-
-
-@pytest.mark.parametrize("name", ["missing.mcap", "dive.log"])
-def test_what_cannot_be_exported(tmp_path: Path, name: str):
-    (tmp_path / "dive.log").write_text("(1.0) can0 123#00\n")
-    result = CliRunner().invoke(command, [str(tmp_path / name), "--out", str(tmp_path / "out")])
-    assert result.exit_code == 1
-    assert result.output.startswith("Error: ")
-    assert name in result.output
