@@ -20,6 +20,7 @@ from gateway.checking.forwarded_can import check_forwarded
 from gateway.checking.mavlink import check_mavlink
 from gateway.checking.metrics import check_metrics
 from gateway.checking.navigation import possible, sources
+from gateway.checking.recording import check_recording
 from gateway.checking.result import CheckResult
 from gateway.config import Config
 from gateway.config_sections import CanBus, Speed, Thruster
@@ -69,6 +70,7 @@ def checks(config: Config) -> Iterator[CheckResult]:
     yield _check_folder("state", config.files.state)
     yield _check_folder("control", config.files.control)
     yield _check_state(config.files.state)
+    yield check_recording(config.recording)
 
 
 def _check_links(config: Config) -> Iterator[CheckResult]:
