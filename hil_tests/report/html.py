@@ -1,22 +1,17 @@
-"""The report of a run: one HTML file that needs nothing else, neither a network nor, but for its plots, a script."""
+"""The report of a run: one HTML file that needs no network, and no script but for its figures."""
 
 from __future__ import annotations
 
 import json
-from base64 import b64encode
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from functools import cache
-from gzip import compress
 from math import isfinite
 from pathlib import Path
 from shlex import join
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from plotly.offline import get_plotlyjs
-
 from gateway.plotting.clock import clock, lasting
+from gateway.plotting.pages import Place, environment, packed
 from hil_tests.report.account import Line, counted, happenings, name_of
 from hil_tests.report.check import Check
 from hil_tests.report.expectations import checks, found_after_s
@@ -27,7 +22,6 @@ from hil_tests.scenario.fault import AXES, Fault
 
 # In a play's folder: the gateway's configuration, and the packets that it heard; logs of the buses are beside them.
 CONFIG, HEARD = "gateway.toml", "heard.tlog"
-PACKING = 6  # beyond it, a few hundredths less for four times the time
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,15 +33,6 @@ class FaultRow:
     to_clock: str
     ramp: str
     size: str
-
-
-@dataclass(frozen=True, slots=True)
-class Plot:
-    """What the page knows of a plot before it is drawn."""
-
-    title: str
-    height_px: int
-    main: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +49,7 @@ class Section:
         speed: how many times faster than real time.
         faults: of it.
         lines: what happened, in order of time.
-        plots: titles and sizes, in the order of `drawings`.
+        places: of the plots, in the order of `drawings`.
         drawings: of the plots, packed.
         again: commands that play it once more, and that replay what the gateway heard.
     """
@@ -78,7 +63,7 @@ class Section:
     speed: str
     faults: Sequence[FaultRow]
     lines: Sequence[Line]
-    plots: Sequence[Plot]
+    places: Sequence[Place]
     drawings: str
     again: Sequence[str]
 
@@ -101,8 +86,8 @@ def report_html(outcomes: Sequence[Outcome], written: datetime) -> str:
     """
     sections = sorted((_section(outcome) for outcome in outcomes), key=lambda one: one.passed)
     passed = sum(one.passed for one in sections)
-    pages = Environment(loader=FileSystemLoader(Path(__file__).parent), autoescape=True, undefined=StrictUndefined)
-    return pages.get_template("report.html").render(
+    template = environment(Path(__file__).parent).get_template("report.html")
+    return template.render(
         sections=sections,
         alone=len(sections) == 1,
         summary=summary(passed, len(sections)),
@@ -110,21 +95,10 @@ def report_html(outcomes: Sequence[Outcome], written: datetime) -> str:
         played_s=round(sum(one.played_s for one in sections)),
         wall_s=round(sum(outcome.wall_s for outcome in outcomes)),
         written=written.astimezone(UTC).strftime("%Y-%m-%d %H:%M UTC"),
-        plotly=_library(),
         clock=clock,
         lasting=lasting,
         counted=counted,
     )
-
-
-def packed(text: str) -> str:
-    """The text as the page's script unpacks it: gzip in base64; the same text gives the same letters."""
-    return b64encode(compress(text.encode(), PACKING, mtime=0)).decode()
-
-
-@cache
-def _library() -> str:
-    return packed(get_plotlyjs())
 
 
 def _section(outcome: Outcome) -> Section:
@@ -140,7 +114,7 @@ def _section(outcome: Outcome) -> Section:
         speed=_speed(outcome),
         faults=list(_fault_rows(outcome)),
         lines=list(happenings(outcome)),
-        plots=[Plot(one.title, one.height_px, one.main) for one in drawn],
+        places=[Place(number, "", one.title, "", one.main, one.height_px) for number, one in enumerate(drawn)],
         drawings=packed(json.dumps([one.json for one in drawn], separators=(",", ":"), allow_nan=False)),
         again=list(_again(outcome)),
     )

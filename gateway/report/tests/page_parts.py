@@ -46,8 +46,7 @@ class PageParts(HTMLParser):
         """All that is read without a script, with single spaces."""
         return " ".join(" ".join(self.texts).split())
 
-    def drawings(self) -> list[dict[str, Any]]:
-        """As plotly.js gets them."""
-        (letters,) = (one["data-drawings"] for _, one in self.tags if "data-drawings" in one)
-        found = json.loads(decompress(b64decode(letters or "")))
-        return list(found)
+    def drawings(self) -> list[list[dict[str, Any]]]:
+        """As plotly.js gets them, by the elements that hold them."""
+        found = (one["data-drawings"] for _, one in self.tags if "data-drawings" in one)
+        return [json.loads(decompress(b64decode(letters or ""))) for letters in found]

@@ -175,7 +175,8 @@ def test_ids_are_of_one_thing_each(parts: PageParts) -> None:
 def test_every_figure_has_its_place(made: Dive, parts: PageParts) -> None:
     drawn = figures(made)
     numbers = sorted(int(one["data-number"] or 0) for _, one in parts.tags if "data-number" in one)
-    assert numbers == list(range(len(drawn))) == list(range(len(parts.drawings())))
+    (drawings,) = parts.drawings()
+    assert numbers == list(range(len(drawn))) == list(range(len(drawings)))
     for one in drawn:
         assert one.title in parts.words
 
