@@ -15,12 +15,8 @@ DAY_S = 86_400.0
 
 
 def reach(figure: Figure) -> tuple[float, float]:
-    """Lowest and highest x of all that is drawn, at least a second apart; a second where nothing is."""
-    drawn = np.concatenate([[], *(_across(mark) for panel in figure.panels for mark in panel.marks)])
-    drawn = drawn[np.isfinite(drawn)]
-    if not len(drawn):
-        return 0.0, LEAST_S
-    low, high = float(drawn.min()), float(drawn.max())
+    """Lowest and highest x that are shown, at least a second apart; a second where nothing is drawn."""
+    low, high = figure.x_range or _drawn(figure)
     short = max(LEAST_S - (high - low), 0.0)
     return low - short / 2.0, high + short / 2.0
 
@@ -38,6 +34,12 @@ def time_ticks(low_s: float, high_s: float, count_max: int = 9) -> FloatArray:
     first = np.ceil(low_s / step_s - 1e-9)
     last = np.floor(high_s / step_s + 1e-9)
     return np.arange(first, last + 1.0) * step_s
+
+
+def _drawn(figure: Figure) -> tuple[float, float]:
+    drawn = np.concatenate([[], *(_across(mark) for panel in figure.panels for mark in panel.marks)])
+    drawn = drawn[np.isfinite(drawn)]
+    return (float(drawn.min()), float(drawn.max())) if len(drawn) else (0.0, LEAST_S)
 
 
 def _across(mark: Mark) -> FloatArray:

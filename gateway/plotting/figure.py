@@ -168,6 +168,7 @@ class Figure:
         about: a sentence for who reads it for the first time.
         over_time: x is seconds since the beginning of the dive.
         x_title: quantity and unit, where x is not the time.
+        x_range: of the axis, where it is the time; None: all that is drawn.
         main: it is drawn without being asked for.
     """
 
@@ -177,4 +178,5 @@ class Figure:
     about: str = ""
     over_time: bool = True
     x_title: str = ""
+    x_range: tuple[float, float] | None = None
     main: bool = True

@@ -13,8 +13,9 @@ from gateway.report.drawable import even, largest, panels, score_panel, trouble_
 from gateway.report.episodes import Episode, episodes, troubles
 
 SCATTER_MAX = 1500
-# the difference is shown up to so many thresholds, or as far as it goes where nothing was found
-THRESHOLDS_SHOWN = 4.0
+# the difference is shown up to so many of the usual thresholds, or as far as it goes
+THRESHOLDS_SHOWN = 6.0
+MARGIN = 0.08  # of what is shown of the speed
 SURE = 2.0  # standard deviations: 95 %
 
 
@@ -47,7 +48,7 @@ def _over_time(course: ThrusterCourse, found: tuple[Episode, ...]) -> Figure:
         f"thruster-{course.number}",
         _named(course),
         panels(
-            Panel("speed, rpm", (*spans, *_speeds(course)), share=1.8),
+            Panel("speed, rpm", (*spans, *_speeds(course)), share=1.8, y_range=_speed_range(course)),
             _difference(course, spans),
             score_panel(course.time_s, {"score": (course.score, Colour.RESIDUAL)}, *spans),
             Panel("command, %", (*spans, _command(course)), share=0.8),
@@ -71,9 +72,20 @@ def _speeds(course: ThrusterCourse) -> Iterator[Mark]:
     yield Line("measured", course.time_s, course.speed_rpm, Colour.MEASURED)
 
 
+def _speed_range(course: ThrusterCourse) -> tuple[float, float]:
+    """Of what was measured and predicted: where little is known, the band is wider than anything."""
+    known = np.concatenate(([0.0], course.speed_rpm, course.predicted_rpm))
+    known = known[np.isfinite(known)]
+    low, high = float(known.min()), float(known.max())
+    margin = MARGIN * (high - low) or 1.0
+    return low - margin, high + margin
+
+
 def _difference(course: ThrusterCourse, spans: tuple[Mark, ...]) -> Panel:
     reach_rpm = largest(course.residual_rpm)
-    shown_rpm = min(1.1 * reach_rpm, THRESHOLDS_SHOWN * largest(course.threshold_rpm)) or 1.0
+    threshold_rpm = course.threshold_rpm[np.isfinite(course.threshold_rpm)]
+    usual_rpm = float(np.median(threshold_rpm)) if len(threshold_rpm) else reach_rpm
+    shown_rpm = min(max(1.1 * reach_rpm, 1.3 * usual_rpm), THRESHOLDS_SHOWN * usual_rpm) or 1.0
     cut = ", cut" if reach_rpm > shown_rpm else ""
     refits = course.refit_s
     marks = (

@@ -15,7 +15,8 @@ from gateway.report.drawable import where
 TIMES_MAX = 8
 ARROWS_MAX = 24
 ARROW_SHARE = 0.12  # of the track's extent, for the strongest flow
-STILL_MPS = 0.01
+# less than this is drawn shorter; nothing is drawn of what is still
+WEAK_MPS, STILL_MPS = 0.2, 0.01
 STRIKING = 4.0  # width of a stretch of the track
 
 
@@ -51,7 +52,7 @@ def flow_arrows(
     if strongest_mps < STILL_MPS:
         return
     extent_m = max(_extent(north_m), _extent(east_m), 1.0)
-    dn_m, de_m = (ARROW_SHARE * extent_m / strongest_mps * flow_mps[at]).T
+    dn_m, de_m = (ARROW_SHARE * extent_m / max(strongest_mps, WEAK_MPS) * flow_mps[at]).T
     labels = tuple(_flow_words(float(north), float(east)) for north, east in flow_mps[at])
     yield Arrows(f"flow, up to {strongest_mps:.2f} m/s", east_m[at], north_m[at], de_m, dn_m, Colour.OTHER, labels)
 

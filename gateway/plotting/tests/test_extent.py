@@ -22,6 +22,11 @@ def test_all_marks_count() -> None:
     assert across(Arrows("flow", some, some, -some, some, Colour.OTHER)) == (0.0, 4.0)
 
 
+def test_or_what_is_asked_for() -> None:
+    some = np.array([3.0, 4.0])
+    assert reach(Figure("one", "One", (Panel("y", (line(some, some),)),), x_range=(0.0, 60.0))) == (0.0, 60.0)
+
+
 def test_a_moment_can_be_seen() -> None:
     assert across(line(np.array([5.0]), np.array([1.0]))) == (4.5, 5.5)
     assert across() == (0.0, 1.0)
