@@ -17,7 +17,8 @@ def print_tables(console: Console, found: Commissioning) -> None:
     console.print(_table(found), soft_wrap=False)
     for part in found.parts:
         for line in lines(part):
-            console.print(line, style="yellow" if part.missing else None, highlight=False, markup=False)
+            style = "yellow" if part.missing else None
+            console.print(line, style=style, highlight=False, markup=False, soft_wrap=True)
 
 
 def lines(part: Part) -> Iterator[str]:

@@ -184,10 +184,15 @@ def _quantities(found: Threshold) -> Iterator[Quantity]:
         f"{over} in {fitted.hours:.2f} h",
         f"95 %: below {reached.bound_per_hour:.2g} per hour",
     )
-    if found.held_out is not None:
-        rest = found.held_out
-        yield Quantity(
-            "false alarms, held out",
-            f"{rest.events} in {rest.hours:.2f} h",
-            f"95 %: below {rest.rate.bound_per_hour:.2g} per hour; each part judged by the others' threshold",
-        )
+    yield _told(found.held_out)
+
+
+def _told(held_out: HeldOut | None) -> Quantity:
+    name = "false alarms, held out"
+    if held_out is None:
+        return Quantity(name, "not known", "too short to judge one part by a threshold from another")
+    return Quantity(
+        name,
+        f"{held_out.events} in {held_out.hours:.2f} h",
+        f"95 %: below {held_out.rate.bound_per_hour:.2g} per hour; each part judged by the others' threshold",
+    )
