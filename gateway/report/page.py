@@ -80,7 +80,7 @@ def page(dive: Dive, figures: Sequence[Figure], again: Sequence[str]) -> str:
             headline=title,
             mood=mood,
             begun=instant(dive.begin_s),
-            length=clock(round(dive.result.duration_s)),
+            length=_spell(dive.result.duration_s),
             at=_instants(dive),
             found=found[:SHOWN_MAX],
             others=found[SHOWN_MAX:],
