@@ -5,9 +5,11 @@ from __future__ import annotations
 import time
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from detectors.thruster import ThrusterConfig, ThrusterSample, ThrusterVerdict
+from detectors.thruster.detector import ThrusterVerdicts
+from detectors.thruster.learnt import LearntCurve
 from detectors.thruster.sample import FaultKind
 from detectors.thruster.wear import CommissionedCurve
 from detectors.verdict import Level
@@ -37,6 +39,11 @@ class TimedDetector:
         """None: it needs no curve."""
         return None
 
+    @property
+    def learnt(self) -> LearntCurve | None:
+        """None: it learns none."""
+        return None
+
     def update(self, sample: ThrusterSample) -> ThrusterVerdict:
         """As in `gateway.thruster_channel.Detector`."""
         self._begin_s = sample.time_s if self._begin_s is None else self._begin_s
@@ -52,28 +59,19 @@ class TimedDetector:
         speed_rpm: ArrayLike,
         voltage_v: ArrayLike | None = None,
         current_a: ArrayLike | None = None,
-    ) -> _Verdicts:
+    ) -> ThrusterVerdicts:
         """As in `gateway.thruster_channel.Detector`."""
         samples = np.stack([np.asarray(time_s), np.asarray(command), np.asarray(speed_rpm)], axis=1).tolist()
-        return _Verdicts([self.update(ThrusterSample(*sample)) for sample in samples])
+        said = [self.update(ThrusterSample(*sample)) for sample in samples]
+        return ThrusterVerdicts(
+            **{name: np.array([getattr(one, name) for one in said]) for name in ThrusterVerdicts.__slots__}
+        )
 
     def accept(self) -> None:
         """Nothing was learnt."""
 
     def resume(self) -> None:
         """Nothing was learnt."""
-
-
-class _Verdicts:
-    def __init__(self, verdicts: list[ThrusterVerdict]) -> None:
-        self._verdicts = verdicts
-
-    @property
-    def level(self) -> NDArray[np.int64]:
-        return np.array([one.level for one in self._verdicts], dtype=np.int64)
-
-    def row(self, index: int) -> ThrusterVerdict:
-        return self._verdicts[index]
 
 
 def _verdict(time_s: float, level: Level, number: int) -> ThrusterVerdict:

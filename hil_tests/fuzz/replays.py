@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 from click.testing import CliRunner
 
 from gateway.cli import main
-from gateway.replay.command import CLEAN, FAILED, FAULTS
+from gateway.commands.replay import CLEAN, FAILED, FAULTS
 from hil_tests.fuzz.autopilot_logs import autopilot_log_targets
 from hil_tests.fuzz.can_frames import can_frame_targets
 from hil_tests.fuzz.can_logs import can_log_targets

@@ -6,10 +6,11 @@ from contextlib import suppress
 from importlib.resources import files
 
 from gateway.config import load
-from gateway.control.protocol import Answer, Request, Said
+from gateway.control.protocol import Answer, Request
 from gateway.control.subject_words import subjects_named
 from gateway.control.tell import lines
 from gateway.problems import ConfigError
+from gateway.telemetry import Said
 from hil_tests.fuzz.files import as_file
 from hil_tests.fuzz.target import Target, require
 
