@@ -41,6 +41,7 @@ def page(found: Commissioning, vehicle: str, source: Path) -> str:
             written=found.text is not None,
             complete=found.complete,
             dives=[(dive.name, clock(round(dive.duration_s)), len(dive.findings)) for dive in found.dives],
+            settings=found.settings,
             sections=list(_sections(found.parts, drawings.places)),
             drawings=drawings.packed,
             text=found.text,

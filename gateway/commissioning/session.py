@@ -47,12 +47,14 @@ class Commissioning:
     Attributes:
         dives: what it was learnt from.
         parts: of all subjects.
+        settings: what is new in the configuration.
         text: of the new configuration; None: nothing was learnt.
         state: of the state file, its bytes; None: no thruster is known.
     """
 
     dives: tuple[RecordedDive, ...]
     parts: tuple[Part, ...]
+    settings: tuple[Setting, ...]
     text: str | None
     state: bytes | None
 
@@ -88,21 +90,21 @@ def commission(
         sound = [one for one in thrusters if one.sound]
         detecting = detector_settings(config.detector.thruster, sound)
         tell("looking for the thrusters' threshold")
-        parts = [one.part for one in thrusters]
-        parts.append(commission_thresholds(thrusters, detecting, wishes.false_alarms_per_hour))
-        parts += _others(config, dives, wishes, tell)
+        parts = [commission_thresholds(thrusters, detecting, wishes.false_alarms_per_hour)]
+        parts += [*_others(config, dives, wishes, tell), *(one.part for one in thrusters)]
         settings = [setting for part in parts for setting in part.settings]
         if sound:
             settings += search_settings(config.detector.thruster, detecting)
             settings.append(Setting("files.state", STATE, f"knows {_numbers(sound)} already"))
         if not settings:
-            return Commissioning(tuple(dives), tuple(parts), None, None)
+            return Commissioning(tuple(dives), tuple(parts), (), None, None)
         removed = [key for part in parts for key in part.removed]
         text = with_settings(source.read_text(encoding="utf-8"), settings, removed, source.parent, out)
         tell("judging the dives with the new configuration")
         known = taught(parse(text, out.resolve(), str(out / source.name)), sound)
     told = [_with_reached(part, known) if part.subject == SUBJECT else part for part in parts]
-    return Commissioning(tuple(dives), tuple(told), text, state.pack(known.state) if sound else None)
+    packed = state.pack(known.state) if sound else None
+    return Commissioning(tuple(dives), tuple(told), tuple(settings), text, packed)
 
 
 def _thrusters(
@@ -118,15 +120,15 @@ def _others(
 ) -> Iterator[Part]:
     """Of what is watched beside thrusters."""
     if config.speed is not None:
-        from gateway.commissioning.speed import commission_speed
+        from gateway.commissioning.speed import learn_speed
 
         tell("learning the speed through the water")
-        yield commission_speed(config, dives, wishes.false_alarms_per_hour)
+        yield learn_speed(dives, config, wishes.false_alarms_per_hour)
     if config.navigation is not None:
-        from gateway.commissioning.navigation import commission_navigation
+        from gateway.commissioning.navigation import learn_navigation
 
         tell("learning the navigation sensors")
-        yield commission_navigation(config, dives, wishes.false_alarms_per_hour)
+        yield learn_navigation(dives, config, wishes.false_alarms_per_hour)
 
 
 def _with_reached(part: Part, known: Taught) -> Part:

@@ -10,17 +10,17 @@ from numpy.typing import NDArray
 
 from detectors.thruster.lag import follow_gain, followed
 from gateway.commissioning.dive import ThrusterSamples
-from gateway.commissioning.steady_curve import SteadyCurve
+from gateway.commissioning.steady_curve import SLOW, SteadyCurve
 from gateway.commissioning.thruster_response import ThrusterResponse
 from gateway.config_sections import Thruster
-from gateway.plotting.figure import Band, Colour, Figure, Line, Panel, Points
+from gateway.plotting.figure import Colour, Figure, Line, Panel, Points
 
 FloatArray: TypeAlias = NDArray[np.float64]
 
 SAMPLES_MAX = 1500  # points that are drawn
 EXCERPT_S = 20.0
 BINS = np.linspace(-1.0, 1.0, 41)
-DEVIATIONS = 2.0  # half of the width of a band
+DEVIATIONS = 2.0  # that are drawn of an uncertainty
 
 
 def thruster_figures(
@@ -30,13 +30,18 @@ def thruster_figures(
     name = f"T{thruster.number}" + (f" {thruster.name}" if thruster.name else "")
     panels: tuple[Panel, ...] = (Panel("held, s", (_held(dives),), share=0.5),)
     if answer is not None:
-        panels = (Panel("speed, rpm", tuple(_curve(dives, answer.curve))), *panels)
+        curve = answer.curve
+        panels = (
+            Panel("speed, rpm", tuple(_curve(dives, curve))),
+            Panel("uncertainty, %", (_uncertainty(curve),), share=0.5),
+            *panels,
+        )
     yield Figure(
         name=f"thruster-{thruster.number}-curve",
         title=f"{name}: steady speed over command",
         panels=panels,
-        about="Dots are single samples, also those on the way from one speed to another; the band is twice the"
-        " standard deviation of the curve. Below: for how long each command was held.",
+        about="Dots are single samples, also those on the way from one speed to another. Below: twice the standard"
+        " deviation of the curve, relative to it; and for how long each command was held.",
         over_time=False,
         x_title="command",
     )
@@ -44,13 +49,18 @@ def thruster_figures(
         yield _excerpt(f"thruster-{thruster.number}-steps", name, dives, answer)
 
 
-def _curve(dives: Sequence[ThrusterSamples], curve: SteadyCurve) -> Iterator[Points | Band | Line]:
+def _curve(dives: Sequence[ThrusterSamples], curve: SteadyCurve) -> Iterator[Points | Line]:
     command, speed_rpm = (np.concatenate([getattr(one, row) for one in dives]) for row in ("command", "speed_rpm"))
     few = slice(None, None, max(1, len(command) // SAMPLES_MAX))
     yield Points("samples", command[few], speed_rpm[few], Colour.FAINT)
-    wide = DEVIATIONS * curve.error_rpm
-    yield Band("twice its uncertainty", curve.command, curve.speed_rpm - wide, curve.speed_rpm + wide, Colour.OTHER)
     yield Line("learnt curve", curve.command, curve.speed_rpm, Colour.PREDICTED)
+
+
+def _uncertainty(curve: SteadyCurve) -> Line:
+    """In percent; next to standstill there is no saying what of."""
+    fast = np.abs(curve.speed_rpm) > SLOW * np.abs(curve.speed_rpm).max()
+    share = 100.0 * DEVIATIONS * curve.error_rpm / np.where(fast, np.abs(curve.speed_rpm), np.nan)
+    return Line("uncertainty", curve.command, share, Colour.THRESHOLD)
 
 
 def _held(dives: Sequence[ThrusterSamples]) -> Line:
