@@ -120,15 +120,15 @@ def _others(
 ) -> Iterator[Part]:
     """Of what is watched beside thrusters."""
     if config.speed is not None:
-        from gateway.commissioning.speed import learn_speed
+        from gateway.commissioning.speed import commission_speed
 
         tell("learning the speed through the water")
-        yield learn_speed(dives, config, wishes.false_alarms_per_hour)
+        yield commission_speed(config, dives, wishes.false_alarms_per_hour, wishes.vouched)
     if config.navigation is not None:
-        from gateway.commissioning.navigation import learn_navigation
+        from gateway.commissioning.navigation import commission_navigation
 
         tell("learning the navigation sensors")
-        yield learn_navigation(dives, config, wishes.false_alarms_per_hour)
+        yield commission_navigation(config, dives, wishes.false_alarms_per_hour, wishes.vouched)
 
 
 def _with_reached(part: Part, known: Taught) -> Part:
