@@ -9,7 +9,7 @@ import click
 from click.core import ParameterSource
 from rich.console import Console
 
-from hil_tests.bench import bridge, live, navigation, replay, speed, supervisor, thruster
+from hil_tests.bench import bridge, live, navigation, recording, replay, speed, supervisor, thruster
 from hil_tests.bench.figures import console_beside, shared_options, write
 from hil_tests.bench.navigation_measure import Options as NavigationOptions
 from hil_tests.bench.works import time_works, timing
@@ -22,6 +22,7 @@ PARTS: dict[str, Callable[[int, Console], Any]] = {
     "supervisor": lambda _, console: supervisor.measure(supervisor.CHANGES, console),
     "live": lambda _, console: live.measure(live.FEW_SECONDS, console),
     "bridge": lambda _, console: bridge.measure(bridge.FEW_SECONDS, console),
+    "recording": lambda _, console: recording.measure(recording.FEW_SECONDS, console),
     "replay": lambda jobs, console: replay.measure(replay.FEW_MINUTES, jobs, console),
     "timing": lambda _, console: time_works(console),
 }
@@ -52,6 +53,7 @@ for part in (
     supervisor.supervisor,
     live.live,
     bridge.bridge,
+    recording.recording,
     replay.replay,
     timing,
 ):
