@@ -30,18 +30,47 @@ from gateway.replay.result import ReplayResult
 from gateway.report.collecting import Collecting
 from gateway.report.dive import Dive, LinkCourse
 from gateway.stretches.stretch import BlockArrival
-from gateway.tests.conftest import TWO_THRUSTERS
 from gateway.thruster_channel import JudgedColumns
 
 START_S = 1_700_000_000.0
 RATE_HZ, FULL_RPM = 50.0, 3000.0
+CONFIG = """
+[vehicle]
+name = "Test vehicle"
+
+[[can]]
+name = "can0"
+interface = "virtual"
+channel = "gateway tests"
+protocol = "dronecan"
+
+[mavlink]
+endpoint = "udpin:127.0.0.1:0"
+
+[[thruster]]
+number = 1
+ahead = 1
+command = { link = "can0", esc_index = 0 }
+rpm = { link = "can0", esc_index = 0 }
+
+[[thruster]]
+number = 2
+ahead = 1
+command = { link = "mavlink", servo_channel = 3 }
+rpm = { link = "can0", esc_index = 1 }
+
+[align]
+sample_rate_hz = 50
+
+[speed]
+position = "local"
+"""
 HEARTBEAT = AutopilotHeartbeat(START_S, 1, 1, 3, 12, armed=True, custom_mode=19, system_status=4)
 
 
 @pytest.fixture(scope="module")
 def config(tmp_path_factory: pytest.TempPathFactory) -> Config:
-    text = TWO_THRUSTERS + '[speed]\nposition = "local"\n'
-    return parse(text, tmp_path_factory.mktemp("config"))
+    return parse(CONFIG, tmp_path_factory.mktemp("config"))
 
 
 def steering(time_s: np.ndarray) -> np.ndarray:
