@@ -20,7 +20,7 @@ Json: TypeAlias = dict[str, Any]
 DIGITS = 5
 # The beginning of a dive on an axis of dates: small numbers would be taken for years. Its time of day is 0:00.
 ORIGIN_MS = 86_400_000
-PANEL_PX, ROW_PX, MAP_PX = 110, 24, 360
+PANEL_PX, ROW_PX, MAP_PX = 110, 27, 360
 # above a panel, with its title or without; above and below all of them; a line of the legend
 TITLE_PX, GAP_PX, HEAD_PX, FOOT_PX, LEGEND_PX = 24, 10, 6, 38, 22
 TITLE_SIZE = 12

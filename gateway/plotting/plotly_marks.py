@@ -18,6 +18,7 @@ from gateway.plotting.reduction import alone, band_samples, drawn_line, known_in
 
 POINTS_MAX = 1000  # more than twice what a phone has across, and no fewer than one sees on a desk
 BAR_HEIGHT = 0.72  # of a row
+MANY = 50  # points, that are drawn smaller
 DASHES = {Dash.SOLID: "solid", Dash.DASHED: "dash", Dash.DOTTED: "dot"}
 
 
@@ -116,7 +117,7 @@ def _points(points: Points, place: Place) -> Json:
         "mode": "markers",
         "x": place.x(points.x[known]),
         "y": rounded(points.y[known]),
-        "marker": {"color": DAY[points.colour], "size": 5 if len(points.x) > 50 else 8},
+        "marker": {"color": DAY[points.colour], "size": 4 if len(points.x) > MANY else 8},
     }
     if points.labels:
         drawn |= {"text": _worded(points.labels, known), "hoverinfo": "text"}

@@ -9,7 +9,7 @@ import numpy as np
 
 from gateway.plotting.figure import Colour, Figure, FloatArray, Line, Mark, Panel, Span
 from gateway.report.dive import Dive, LinkCourse
-from gateway.report.drawable import panels
+from gateway.report.drawable import largest, panels
 
 COLOURS = (Colour.MEASURED, Colour.PREDICTED, Colour.COMMAND, Colour.OTHER, Colour.RESIDUAL)
 
@@ -19,13 +19,19 @@ def link_figures(dive: Dive) -> Iterator[Figure]:
     links = [link for link in dive.links if len(link.time_s)]
     down = tuple(_down(links))
     drawn = panels(
-        Panel("readings a second", (*down, *_lines(links, lambda link: link.readings_per_s))),
+        _counted("readings a second", (*down, *_lines(links, lambda link: link.readings_per_s))),
         Panel("bus load, %", (*down, *_lines(links, lambda link: 100.0 * link.load)), y_range=(0.0, 100.0)),
-        Panel("lost a second", (*down, *_lines(links, _lost)), share=0.8),
+        _counted("lost a second", (*down, *_lines(links, _lost))),
     )
     if drawn:
         about = "What came over each link. Frames that were lost were never judged."
         yield Figure("links", "Links", drawn, about, main=bool(down) or any(link.lost.any() for link in links))
+
+
+def _counted(title: str, marks: tuple[Mark, ...]) -> Panel:
+    """From 0 on."""
+    highest = max((largest(mark.y) for mark in marks if isinstance(mark, Line)), default=0.0)
+    return Panel(title, marks, y_range=(0.0, 1.1 * highest or 1.0))
 
 
 def _lines(links: list[LinkCourse], column: Callable[[LinkCourse], FloatArray]) -> Iterator[Mark]:

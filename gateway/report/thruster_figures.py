@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from detectors.verdict import Level as VerdictLevel
-from gateway.plotting.figure import Band, Colour, Dash, Figure, Line, Mark, Panel, Points
+from gateway.plotting.figure import Band, Colour, Dash, Figure, FloatArray, Line, Mark, Panel, Points
 from gateway.report.dive import Curve, Dive, ThrusterCourse
 from gateway.report.drawable import even, largest, panels, score_panel, trouble_spans, where
 from gateway.report.episodes import Episode, episodes, troubles
@@ -48,54 +48,56 @@ def _over_time(course: ThrusterCourse, found: tuple[Episode, ...]) -> Figure:
         f"thruster-{course.number}",
         _named(course),
         panels(
-            Panel("speed, rpm", (*spans, *_speeds(course)), share=1.8, y_range=_speed_range(course)),
+            _speeds(course, spans),
             _difference(course, spans),
             score_panel(course.time_s, {"score": (course.score, Colour.RESIDUAL)}, *spans),
             Panel("command, %", (*spans, _command(course)), share=0.8),
         ),
-        "The thruster should turn as predicted, within the band. What it is off by is the difference; how much that "
-        "says is the score: a FAULT from 1 on.",
+        "The thruster should turn as predicted, within the band; where there is none, too little is known yet. What "
+        "it is off by is the difference; how much that says is the score: a FAULT from 1 on.",
         main=bool(found),
     )
 
 
-def _speeds(course: ThrusterCourse) -> Iterator[Mark]:
-    predicted = course.predicted_rpm
-    yield Band(
-        "normal",
-        course.time_s,
-        predicted - course.threshold_rpm,
-        predicted + course.threshold_rpm,
-        Colour.PREDICTED,
-    )
-    yield Line("predicted", course.time_s, predicted, Colour.PREDICTED, width=3.0)
-    yield Line("measured", course.time_s, course.speed_rpm, Colour.MEASURED)
-
-
-def _speed_range(course: ThrusterCourse) -> tuple[float, float]:
-    """Of what was measured and predicted: where little is known, the band is wider than anything."""
+def _speeds(course: ThrusterCourse, spans: tuple[Mark, ...]) -> Panel:
     known = np.concatenate(([0.0], course.speed_rpm, course.predicted_rpm))
     known = known[np.isfinite(known)]
-    low, high = float(known.min()), float(known.max())
-    margin = MARGIN * (high - low) or 1.0
-    return low - margin, high + margin
+    low_rpm, high_rpm = float(known.min()), float(known.max())
+    threshold_rpm = _sure(course.threshold_rpm, high_rpm - low_rpm)
+    margin_rpm = MARGIN * (high_rpm - low_rpm) or 1.0
+    predicted = course.predicted_rpm
+    marks = (
+        *spans,
+        Band("normal", course.time_s, predicted - threshold_rpm, predicted + threshold_rpm, Colour.PREDICTED),
+        Line("predicted", course.time_s, predicted, Colour.PREDICTED, width=3.0),
+        Line("measured", course.time_s, course.speed_rpm, Colour.MEASURED),
+    )
+    return Panel("speed, rpm", marks, share=1.8, y_range=(low_rpm - margin_rpm, high_rpm + margin_rpm))
 
 
 def _difference(course: ThrusterCourse, spans: tuple[Mark, ...]) -> Panel:
-    reach_rpm = largest(course.residual_rpm)
-    threshold_rpm = course.threshold_rpm[np.isfinite(course.threshold_rpm)]
-    usual_rpm = float(np.median(threshold_rpm)) if len(threshold_rpm) else reach_rpm
+    reach_rpm, usual_rpm = largest(course.residual_rpm), _median(course.threshold_rpm)
     shown_rpm = min(max(1.1 * reach_rpm, 1.3 * usual_rpm), THRESHOLDS_SHOWN * usual_rpm) or 1.0
-    cut = ", cut" if reach_rpm > shown_rpm else ""
-    refits = course.refit_s
+    threshold_rpm, refits = _sure(course.threshold_rpm, shown_rpm), course.refit_s
     marks = (
         *spans,
         Line("difference", course.time_s, course.residual_rpm, Colour.RESIDUAL),
-        Line("threshold", course.time_s, course.threshold_rpm, Colour.THRESHOLD, Dash.DASHED, 1.3),
-        Line("threshold", course.time_s, -course.threshold_rpm, Colour.THRESHOLD, Dash.DASHED, 1.3),
+        Line("threshold", course.time_s, threshold_rpm, Colour.THRESHOLD, Dash.DASHED, 1.3),
+        Line("threshold", course.time_s, -threshold_rpm, Colour.THRESHOLD, Dash.DASHED, 1.3),
         Points("learnt anew", refits, np.full(len(refits), -0.93 * shown_rpm), Colour.OTHER),
     )
+    cut = ", cut" if reach_rpm > shown_rpm else ""
     return Panel(f"difference, rpm{cut}", marks, y_range=(-shown_rpm, shown_rpm))
+
+
+def _sure(threshold_rpm: FloatArray, shown_rpm: float) -> FloatArray:
+    """Outside of what was learnt the threshold is wider than anything: there it says nothing, and is not drawn."""
+    return where(threshold_rpm < shown_rpm, threshold_rpm)
+
+
+def _median(value: FloatArray) -> float:
+    known = value[np.isfinite(value)]
+    return float(np.median(known)) if len(known) else 0.0
 
 
 def _command(course: ThrusterCourse) -> Line:

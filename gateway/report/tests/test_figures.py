@@ -154,6 +154,18 @@ def test_a_thruster_has_its_prediction_and_its_threshold(made: Dive) -> None:
     assert [one for one in panel(over_time, "score").marks if isinstance(one, Level)] == [Level("FAULT", 1.0)]
 
 
+def test_a_threshold_wider_than_anything_is_not_drawn() -> None:
+    course = thruster(1)
+    course.threshold_rpm[3000:3100] = 20_000.0
+    speeds, difference = figure(dive(thrusters=(course,)), "thruster-1").panels[:2]
+    assert speeds.y_range is not None
+    assert speeds.y_range[1] < 5000.0
+    limit = mark(difference, "threshold")
+    assert isinstance(limit, Line)
+    assert np.isnan(limit.y[3000:3100]).all()
+    assert np.isfinite(limit.y[3100:]).all()
+
+
 def test_silence_of_its_esc_is_trouble_of_a_thruster() -> None:
     silent = finding(100.0, VerdictLevel.SUSPECT, "thruster 1 esc", detector="signal")
     drawn = figure(dive(findings=(silent, finding(50.0, VerdictLevel.FAULT, "thruster 12"))), "thruster-1")
