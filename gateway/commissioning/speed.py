@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from detectors.speed import PoseSample, SpeedConfig, SpeedCurve
 from gateway.commissioning.dive import RecordedDive
+from gateway.commissioning.health import faulty_dives
 from gateway.commissioning.part import Part, Quantity, Setting, Value
 from gateway.commissioning.peaks import Tail, counted
 from gateway.commissioning.speed_figures import speed_figures
@@ -41,13 +42,16 @@ class Reached:
     hours: float = 0.0
 
 
-def learn_speed(dives: Sequence[RecordedDive], config: Config, false_alarms_per_hour: float) -> Part:
+def commission_speed(
+    config: Config, dives: Sequence[RecordedDive], false_alarms_per_hour: float, vouched: bool = False
+) -> Part:
     """The settings of `[speed]` that these healthy dives support.
 
     Args:
-        dives: with their pose samples.
         config: that they were read by; with `[speed]`.
+        dives: with their pose samples.
         false_alarms_per_hour: that are wanted.
+        vouched: the user says that they are healthy, whatever was found in them.
 
     Raises:
         ValueError: the configuration has no `[speed]`, or the wanted rate is not above 0.
@@ -57,6 +61,8 @@ def learn_speed(dives: Sequence[RecordedDive], config: Config, false_alarms_per_
         raise ValueError("no [speed] in the configuration: want the table, it may be empty")
     if not false_alarms_per_hour > 0.0:
         raise ValueError(f"false_alarms_per_hour = {false_alarms_per_hour}: want above 0")
+    if not vouched and (faults := faulty_dives("speed", dives)):
+        return Part(SUBJECT, missing=faults)
     samples = [[one.sample for one in dive.poses] for dive in dives]
     try:
         learnt = learn(samples)
