@@ -5,8 +5,11 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
+import os
+import shlex
 import signal
 import socket
+import sys
 import time
 from collections.abc import Iterator, Sequence
 from math import nan
@@ -20,7 +23,7 @@ from gateway.channel import NavigationJudgement, SpeedJudgement, ThrusterJudgeme
 from gateway.pipeline import Outcome
 from gateway.run import run
 from gateway.summary import Summary as GatewaySummary
-from hil_tests.demo.configuration import write_config
+from hil_tests.demo.configuration import CONFIG_FILE, RECORDINGS, write_config
 from hil_tests.demo.display import Display, LiveDisplay, PlainDisplay, View, closing_table
 from hil_tests.demo.pictures import FILES, draw_pictures, estimated_tracks
 from hil_tests.demo.plan import COURSE, ENTANGLED, Plan, plan
@@ -58,7 +61,19 @@ def demo(seconds: float, out: Path, seed: int, fault_at: float | None, plain: bo
     console.print(closing_table(summary, demonstration.start_s))
     for plot in demonstration.plots:
         console.print(f"plot: {plot}", soft_wrap=True, markup=False, highlight=False)
+    for line in _see_it_again(out):
+        console.print(line, soft_wrap=True, markup=False, highlight=False)
     raise SystemExit(0 if summary.passed else 1)
+
+
+def _see_it_again(folder: Path) -> Iterator[str]:
+    """The newest recording, and the command that judges it anew and writes a report of it."""
+    recordings = sorted((folder / RECORDINGS).glob("*.mcap"))
+    if recordings:
+        yield f"recording: {recordings[-1]}"
+        program = os.path.relpath(sys.argv[0])
+        replay = [program, "replay", str(folder / CONFIG_FILE), str(recordings[-1]), "--out", str(folder / "dive")]
+        yield f"a report of it: {shlex.join(replay)}"
 
 
 class Demonstration:

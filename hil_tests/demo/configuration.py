@@ -12,6 +12,7 @@ from hil_tests.rig.vehicle import HALF_SQRT2, MIXER, THRUSTERS
 CONFIG_FILE = "demo.toml"
 FINDINGS_FILE = "findings.jsonl"
 STATE_FILE = "vehicle.state"
+RECORDINGS = "recordings"
 
 HEAD = """\
 # What `gateway demo` ran with: a simulated BlueROV2 Heavy with DroneCAN ESCs.
@@ -48,6 +49,11 @@ dvl_lever_arm_m = [{lever_arm_m}]
 [files]
 findings = "{findings}"
 state = "{state}"
+
+# Everything that came in and went out; demonstrations before this one are deleted beyond the budget.
+[recording]
+folder = "{recordings}"
+budget_mb = 200
 """
 
 THRUSTER = """
@@ -77,6 +83,7 @@ def write_config(folder: Path, channel: str, port: int) -> config.Config:
         lever_arm_m=", ".join(map(str, DvlErrors().lever_arm_m)),
         findings=FINDINGS_FILE,
         state=STATE_FILE,
+        recordings=RECORDINGS,
     )
     (folder / CONFIG_FILE).write_text(head + "".join(map(_thruster, range(THRUSTERS))), encoding="utf-8")
     return config.load(folder / CONFIG_FILE)
