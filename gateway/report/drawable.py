@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -35,15 +35,13 @@ def panels(*wanted: Panel) -> tuple[Panel, ...]:
     return tuple(panel for panel in found if any(not isinstance(mark, Span | Level) for mark in panel.marks))
 
 
-def score_panel(time_s: FloatArray, scores: Mapping[str, tuple[FloatArray, Colour]], *behind: Mark) -> Panel:
+def score_panel(lines: Sequence[Line], *behind: Mark) -> Panel:
     """Scores with the threshold of a FAULT, cut where it would no longer be seen.
 
     Args:
-        time_s: (N,) since the beginning of the dive.
-        scores: (N,) by what they are of, and the colour of each.
+        lines: the scores.
         behind: what is drawn first.
     """
-    lines = [Line(name, time_s, value, colour) for name, (value, colour) in scores.items()]
     highest = max((largest(line.y) for line in lines), default=0.0)
     title = "score" if highest <= SCORE_SHOWN_MAX else f"score, cut at {SCORE_SHOWN_MAX:g}"
     y_range = (0.0, min(max(1.35, MARGIN * highest), SCORE_SHOWN_MAX))

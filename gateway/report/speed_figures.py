@@ -37,7 +37,7 @@ def _over_time(course: SpeedCourse, found: tuple[Episode, ...]) -> Figure:
         "Speed through the water",
         panels(
             Panel("speed, m/s", (*spans, *_speeds(course)), share=1.8),
-            score_panel(course.time_s, {"score": (course.score, Colour.RESIDUAL)}, *spans),
+            score_panel([Line("score", course.time_s, course.score, Colour.RESIDUAL)], *spans),
             Panel(
                 "flow, m/s",
                 (

@@ -50,7 +50,7 @@ def _over_time(course: ThrusterCourse, found: tuple[Episode, ...]) -> Figure:
         panels(
             _speeds(course, spans),
             _difference(course, spans),
-            score_panel(course.time_s, {"score": (course.score, Colour.RESIDUAL)}, *spans),
+            score_panel([Line("score", course.time_s, course.score, Colour.RESIDUAL)], *spans),
             Panel("command, %", (*spans, _command(course)), share=0.8),
         ),
         "The thruster should turn as predicted, within the band; where there is none, too little is known yet. What "

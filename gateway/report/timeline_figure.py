@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from itertools import cycle, pairwise
 
 import numpy as np
 
 from detectors.verdict import Level
-from gateway.plotting.clock import clock
-from gateway.plotting.figure import Bar, Colour, Figure, FloatArray, Line, Mark, Panel, Points
+from gateway.plotting.figure import Colour, Figure, FloatArray, Line, Panel
+from gateway.plotting.rows import Moment, Piece, Row, rows_panel
 from gateway.report.dive import Dive
 from gateway.report.drawable import LEVEL_COLOURS, panels
 from gateway.report.episodes import Episode, episodes
@@ -19,34 +19,14 @@ from gateway.report.subjects import DETECTORS, calm_subjects
 # of the dive: shorter stretches that follow each other are one, as bad as the worst of them
 LEAST_SHARE = 1.0 / 1000.0
 MODE_COLOURS = (Colour.OTHER, Colour.COMMAND, Colour.MEASURED, Colour.FAINT)
+# what began is marked, too: it may be too short to be seen
 ONSETS = {Level.SUSPECT: "suspected", Level.FAULT: "found"}
-
-
-@dataclass(frozen=True, slots=True)
-class Piece:
-    """A part of a row; see `Bar`."""
-
-    from_s: float
-    to_s: float
-    colour: Colour
-    label: str
-    text: str
-
-
-@dataclass(frozen=True, slots=True)
-class Row:
-    """A row of the time line. `onsets`: what began when, for what is too short to be seen."""
-
-    name: str
-    pieces: Sequence[Piece]
-    onsets: Sequence[Episode] = ()
 
 
 def timeline_figure(dive: Dive) -> Figure:
     """Subjects from the worst on; links and signals that were well all along have no row."""
     rows = [*_vehicle_rows(dive), *_link_rows(dive), *_subject_rows(dive)]
-    marks = [*_bars(rows), *_onsets(rows)]
-    drawn = panels(Panel("", tuple(marks), rows=tuple(row.name for row in rows)), _depth(dive))
+    drawn = panels(rows_panel(rows), _depth(dive))
     about = "How the vehicle was, as the gateway saw it. Markers: something was suspected or found then."
     return Figure("timeline", "The dive", drawn, about)
 
@@ -57,15 +37,20 @@ def _vehicle_rows(dive: Dive) -> Iterator[Row]:
         colours = dict(zip(dict.fromkeys(mode for _, mode in dive.modes), cycle(MODE_COLOURS), strict=False))
         ends_s = [from_s for from_s, _ in dive.modes] + [length_s]
         stretches = zip(dive.modes, pairwise(ends_s), strict=True)
-        yield Row("mode", [_piece(edges, colours[mode], mode) for (_, mode), edges in stretches])
+        yield Row("mode", [Piece(*edges, colours[mode], mode) for (_, mode), edges in stretches])
     if len(dive.armed):
-        yield Row("armed", [_piece(edges, Colour.MEASURED, "armed") for edges in dive.armed.tolist()])
+        yield Row(
+            "armed", [Piece(begin_s, end_s, Colour.MEASURED, "armed") for begin_s, end_s in dive.armed.tolist()]
+        )
 
 
 def _link_rows(dive: Dive) -> Iterator[Row]:
     for link in dive.links:
         if len(link.down):
-            yield Row(f"{link.name} down", [_piece(edges, Colour.FAULT, "down") for edges in link.down.tolist()])
+            yield Row(
+                f"{link.name} down",
+                [Piece(begin_s, end_s, Colour.FAULT, "down") for begin_s, end_s in link.down.tolist()],
+            )
 
 
 def _subject_rows(dive: Dive) -> Iterator[Row]:
@@ -74,10 +59,15 @@ def _subject_rows(dive: Dive) -> Iterator[Row]:
         if subject in calm and found[0].detector not in DETECTORS:
             continue
         pieces = [
-            _piece((one.from_s, one.to_s), LEVEL_COLOURS[one.level], one.level.name, one.text)
+            Piece(one.from_s, one.to_s, LEVEL_COLOURS[one.level], one.level.name, one.text)
             for one in visible(found, least_s)
         ]
-        yield Row(subject, pieces, [one for one in found if one.level in ONSETS])
+        onsets = [
+            Moment(one.from_s, ONSETS[one.level], LEVEL_COLOURS[one.level], f"{one.level.name}: {one.text}")
+            for one in found
+            if one.level in ONSETS
+        ]
+        yield Row(subject, pieces, onsets)
 
 
 def visible(found: Iterable[Episode], least_s: float) -> list[Episode]:
@@ -95,27 +85,6 @@ def visible(found: Iterable[Episode], least_s: float) -> list[Episode]:
         else:
             shown.append(one)
     return shown
-
-
-def _piece(edges_s: Sequence[float], colour: Colour, label: str, text: str = "") -> Piece:
-    from_s, to_s = edges_s
-    told = f"{clock(from_s)} to {clock(to_s)}: {label}"
-    return Piece(from_s, to_s, colour, label, f"{told}, {text}" if text else told)
-
-
-def _bars(rows: Sequence[Row]) -> Iterator[Mark]:
-    for index, row in enumerate(rows):
-        for one in row.pieces:
-            yield Bar(index, one.from_s, one.to_s, one.colour, one.label, one.text)
-
-
-def _onsets(rows: Sequence[Row]) -> Iterator[Mark]:
-    for level, name in ONSETS.items():
-        began = [(index, one) for index, row in enumerate(rows) for one in row.onsets if one.level is level]
-        if began:
-            x, y = np.array([one.from_s for _, one in began]), np.array([float(index) for index, _ in began])
-            labels = tuple(f"{clock(one.from_s)} {level.name}: {one.text}" for _, one in began)
-            yield Points(name, x, y, LEVEL_COLOURS[level], labels)
 
 
 def _depth(dive: Dive) -> Panel:
