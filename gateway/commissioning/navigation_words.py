@@ -31,7 +31,7 @@ def settings_of(learnt: Learnt, config: NavigationConfig, threshold: Threshold) 
             yield Setting("navigation.dvl_delay_s", taught.dvl_delay_s, wanders)
     if threshold.law is not None:
         comment = (
-            f"{threshold.share:.2f} times the threshold that was configured: {threshold.wanted_per_hour:g} an hour by "
+            f"{threshold.share:.2f} times the configured threshold: {threshold.wanted_per_hour:g} an hour by "
             f"{threshold.hours:.2f} h of these dives"
         )
         name = THRESHOLDS[config.method]
