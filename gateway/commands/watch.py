@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from rich.console import Console
 
 from gateway.config import Config, load
 from gateway.problems import ConfigError
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     from gateway.watch.source import Source
 
 EVERY_S = 0.5
+# of a dive that is played as text: what changes is told to about a second of the dive
+PLAIN_STEP_S = 1.0
 
 
 @click.command(short_help="Show how a running gateway is, or a recorded dive.")
@@ -58,11 +61,15 @@ def watch(
     """
     try:
         settings = load(config)
-        source = _played(settings, log, offsets, Pace(speed), every_s) if log else _live(settings)
+        screen = not plain and _is_screen()
+        if log and not screen:
+            every_s = min(every_s, PLAIN_STEP_S / speed)
+        with Console(stderr=True).status("reading"):  # of long logs: how far their clocks are apart is found first
+            source = _played(settings, log, offsets, Pace(speed), every_s) if log else _live(settings)
     except (ConfigError, ValueError, OSError) as error:
         raise click.ClickException(_words(error)) from error
     try:
-        _print(source, every_s) if plain or not _is_screen() else _show(source, every_s)
+        _show(source, every_s) if screen else _print(source, every_s)
     except KeyboardInterrupt:  # the usual end of what goes on for ever
         return
     finally:
@@ -95,7 +102,9 @@ def _played(
 
 
 def _is_screen() -> bool:
-    return sys.stdin.isatty() and sys.stdout.isatty() and os.environ.get("TERM", "dumb") not in ("", "dumb")
+    """Keys come from the standard input, and the screen is drawn on standard error."""
+    streams = (sys.stdin, sys.stdout, sys.stderr)
+    return all(stream.isatty() for stream in streams) and os.environ.get("TERM", "dumb") not in ("", "dumb")
 
 
 def _print(source: Source, every_s: float) -> None:

@@ -47,7 +47,7 @@ class WatchApp(App[None]):
     #texts { height: 18%; min-height: 3; }
     """
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("q,escape", "quit", "quit", key_display="q"),
+        Binding("q,escape,ctrl+c", "quit", "quit", key_display="q", priority=True),
         Binding("space", "hold", "hold"),
     ]
     ENABLE_COMMAND_PALETTE = False

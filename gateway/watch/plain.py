@@ -46,11 +46,15 @@ class Changes:
         return [f"{look.time}  {line}".strip() for line in self._lines(look)]
 
     def _lines(self, look: Look) -> Iterator[str]:
-        if look.state != self._state:
-            yield look.state
+        """What is new of where it comes from goes first; but the end comes last."""
+        state = [look.state] if look.state != self._state else []
         self._state = look.state
+        if not look.ended:
+            yield from state
         if look.telemetry is not None and look.fresh:
             yield from self._changed(look.telemetry)
+        if look.ended:
+            yield from state
 
     def _changed(self, telemetry: Telemetry) -> Iterator[str]:
         if not self._begun:

@@ -73,6 +73,10 @@ def test_that_it_is_gone_is_told_once_and_what_it_said_before_is_not_told_again(
     assert seen.take(look(telemetry())) == ["12:00  live"]
 
 
+def test_the_end_is_the_last_line():
+    assert Changes().take(look(telemetry(), "end of the dive", ended=True))[-1] == "12:00  end of the dive"
+
+
 class Looks:
     """A source of these looks."""
 

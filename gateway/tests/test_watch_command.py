@@ -25,8 +25,8 @@ from gateway.watch.live_source import LiveSource
 from gateway.watch.plain import Changes
 
 STAND_INS = Factories(thruster=ThresholdDetector)
-REAL = Path(__file__).parents[4] / "shared" / "data" / "ardusub_logs"
-PWM = Path(__file__).parents[2] / "examples" / "pwm_mavlink_esc.toml"
+REAL = Path(__file__).parents[3] / "shared" / "data" / "ardusub_logs"
+PWM = Path(__file__).parents[1] / "examples" / "pwm_mavlink_esc.toml"
 
 
 @pytest.fixture(scope="module")
