@@ -18,8 +18,8 @@ from gateway.findings import Finding
 from gateway.pipeline import Outcome
 from gateway.recording import topics
 from gateway.recording.channel_table import ChannelTable
-from gateway.recording.entries import Found, Frames, Heard, Spoken, Tick, Told
-from gateway.recording.items import Came, Decoded, Gap, Item
+from gateway.recording.entries import Found, Heard, Spoken, Tick, Told
+from gateway.recording.items import Came, Decoded, Gap, Item, Received
 from gateway.recording.layout import Field, Layout
 from gateway.recording.layouts import GAP, LOG, NOW, PACKET, ValueLayout, can_layout, layout_of
 from gateway.recording.message_block import MessageBlock, message_block, row_block
@@ -66,13 +66,13 @@ class _Sheaf:
     """Items, sorted by channel."""
 
     def __init__(self) -> None:
-        self._frames: defaultdict[str, list[Frames]] = defaultdict(list)
+        self._frames: defaultdict[str, list[Received]] = defaultdict(list)
         self._readings: defaultdict[_Numbered, list[Reading]] = defaultdict(list)
         self._messages: dict[str, tuple[Layout, list[_Message]]] = {}
 
     def add(self, item: Item) -> None:
         match item:
-            case Frames(bus=bus):
+            case Received(bus):
                 self._frames[bus].append(item)
             case Decoded():
                 self._add_readings(item)
@@ -161,7 +161,7 @@ def _value_block(
     return message_block(channel, [(0, one.time_s, values.layout.encode(values.values(one))) for one in readings])
 
 
-def _frame_blocks(bus: str, several: Sequence[Frames], table: ChannelTable) -> Iterator[MessageBlock]:
+def _frame_blocks(bus: str, several: Sequence[Received], table: ChannelTable) -> Iterator[MessageBlock]:
     """The frames of a bus; those of CAN FD apart, for they are longer."""
     for block, place in _by_width(several):
         fd = block.kind & FD != 0
@@ -172,7 +172,7 @@ def _frame_blocks(bus: str, several: Sequence[Frames], table: ChannelTable) -> I
                 yield _frame_block(bus, block.part(rows), place[rows], wide, table)
 
 
-def _by_width(several: Sequence[Frames]) -> Iterator[tuple[FrameBlock, NDArray[np.int64]]]:
+def _by_width(several: Sequence[Received]) -> Iterator[tuple[FrameBlock, NDArray[np.int64]]]:
     """All of them in one block for each width of their data."""
     for width in sorted({one.frames.data.shape[1] for one in several}):
         alike = [one for one in several if one.frames.data.shape[1] == width]
@@ -184,7 +184,16 @@ def _by_width(several: Sequence[Frames]) -> Iterator[tuple[FrameBlock, NDArray[n
             np.concatenate([one.length for one in blocks]),
             np.concatenate([one.data for one in blocks]),
         )
-        yield joined, np.concatenate([one.place for one in alike])
+        yield joined, _places(alike)
+
+
+def _places(several: Sequence[Received]) -> NDArray[np.int64]:
+    """Of each frame: from the first on, of each item."""
+    lengths = np.array([len(one.frames) for one in several])
+    before = np.cumsum(lengths) - lengths
+    firsts = np.array([one.first for one in several])
+    places: NDArray[np.int64] = np.arange(lengths.sum()) + np.repeat(firsts - before, lengths)
+    return places
 
 
 def _frame_block(

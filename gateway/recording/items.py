@@ -4,11 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
+from drivers.can.frame_block import FrameBlock
 from drivers.readings import Reading
 from gateway.pipeline import Outcome
-from gateway.recording.entries import Entry, Found, Frames, Heard, Spoken, Tick, Told
+from gateway.recording.entries import Found, Heard, Spoken, Tick, Told
+
+
+class Received(NamedTuple):
+    """Frames of a bus, in order. `first`: place of the first of them; there may be thousands of these in a second."""
+
+    bus: str
+    frames: FrameBlock
+    first: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +47,7 @@ class Gap:
     count: int
 
 
-Item: TypeAlias = Entry | Decoded | Came | Gap
+Item: TypeAlias = Received | Heard | Spoken | Told | Tick | Found | Decoded | Came | Gap
 
 # bytes in memory, roughly, of one item and of one in it
 _ITEM_BYTES, _FRAME_BYTES, _READING_BYTES, _OUTCOME_BYTES = 600, 24, 200, 700
@@ -47,8 +56,8 @@ _ITEM_BYTES, _FRAME_BYTES, _READING_BYTES, _OUTCOME_BYTES = 600, 24, 200, 700
 def size_of(item: Item) -> int:
     """Bytes of memory that it takes, roughly."""
     match item:
-        case Frames(frames=frames):
-            return _ITEM_BYTES + len(frames) * (_FRAME_BYTES + int(frames.data.shape[1]))
+        case Received(_, frames):
+            return frames_size(frames)
         case Heard(data=data) | Spoken(data=data):
             return _ITEM_BYTES + len(data)
         case Decoded(readings=readings):
@@ -59,10 +68,15 @@ def size_of(item: Item) -> int:
             return _ITEM_BYTES
 
 
+def frames_size(frames: FrameBlock) -> int:
+    """Bytes of memory that such an item takes, roughly."""
+    return _ITEM_BYTES + _FRAME_BYTES * len(frames) + int(frames.data.size)
+
+
 def lost_of(item: Item) -> tuple[str, int]:
     """What is missing without it, in words, and how many of it."""
     match item:
-        case Frames(frames=frames):
+        case Received(_, frames):
             return "frames", len(frames)
         case Heard() | Spoken():
             return "MAVLink packets", 1
@@ -80,8 +94,8 @@ def first_place(items: Sequence[Item]) -> int:
     """The first place in these items; of those that have none, what comes next."""
     for item in items:
         match item:
-            case Frames(place=place):
-                return int(place[0].item())
+            case Received(first=place):
+                return place
             case Heard(place=place) | Spoken(place=place) | Told(place=place) | Tick(place=place):
                 return place
     return 1 + max((item.place for item in items if isinstance(item, Came | Gap | Found)), default=0)

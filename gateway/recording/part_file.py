@@ -51,6 +51,7 @@ class PartFile:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # nobody deletes or mends it meanwhile
             self.inode = os.fstat(self._file.fileno()).st_ino
             self._begin(about, place)
+            _keep_name(path)
         except OSError:
             self.abandon()
             with suppress(OSError):
@@ -125,3 +126,12 @@ class PartFile:
                 os.lseek(self._file.fileno(), self.size, os.SEEK_SET)
             raise
         self.size += len(data)
+
+
+def _keep_name(path: Path) -> None:
+    """Has the name of a new file on the disk, too."""
+    folder = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(folder)
+    finally:
+        os.close(folder)

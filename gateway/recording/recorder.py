@@ -55,6 +55,8 @@ class Recorder(Waiting):
         self._scribe = Scribe(settings, about, now)
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
+        # files of hundreds of megabytes take seconds, in which the new one must not wait
+        self._mender = threading.Thread(target=mend_all, args=(settings.folder,), name="mender", daemon=True)
         self._unwritten: Batch | None = None
         self._paused, self._full = "", False
         self._again_s = 0.0
@@ -66,6 +68,7 @@ class Recorder(Waiting):
             state, resumed: see `About`.
         """
         self._scribe.begin(state, resumed)
+        self._mender.start()
         self._thread.start()
 
     def close(self, within_s: float) -> bool:
@@ -96,7 +99,6 @@ class Recorder(Waiting):
         return f"{words}, {lost} not recorded" if lost else words
 
     def _run(self) -> None:
-        mend_all(self._settings.folder)
         while not self._closing.wait(CHUNK_S):
             self._write_waiting()
         self._again_s = 0.0

@@ -7,13 +7,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from threading import Lock
 
-import numpy as np
-
 from drivers.can.frame_block import FrameBlock
 from drivers.readings import Reading
 from gateway.pipeline import Outcome
-from gateway.recording.entries import Frames, Heard, Spoken, Tick, Told
-from gateway.recording.items import Came, Decoded, Gap, Item, lost_of, size_of
+from gateway.recording.entries import Heard, Spoken, Tick, Told
+from gateway.recording.items import Came, Decoded, Gap, Item, Received, frames_size, lost_of, size_of
 
 WAITING_MAX_BYTES = 64_000_000
 # what can be worked out again from the rest gives way first
@@ -61,7 +59,7 @@ class Waiting:
         """See `Journal`."""
         first = self._place + 1
         self._place += len(frames)
-        self._put(Frames(bus, frames, np.arange(first, self._place + 1)))
+        self._put(Received(bus, frames, first), frames_size(frames))
 
     def heard(self, data: bytes, time_s: float) -> None:
         """See `Journal`."""
@@ -85,7 +83,7 @@ class Waiting:
 
     def decoded(self, link: str, readings: Sequence[Reading]) -> None:
         """See `Journal`."""
-        self._put(Decoded(link, readings), DECODED_SHARE)
+        self._put(Decoded(link, readings), share=DECODED_SHARE)
 
     def outcomes(self, outcomes: Sequence[Outcome], time_s: float) -> None:
         """See `Journal`."""
@@ -118,8 +116,8 @@ class Waiting:
                 else:
                     self._miss(item)
 
-    def _put(self, item: Item, share: float = 1.0) -> None:
-        size = size_of(item)
+    def _put(self, item: Item, size: int | None = None, share: float = 1.0) -> None:
+        size = size_of(item) if size is None else size
         with self._lock:
             if self._bytes + size > share * self._most_bytes:
                 self._miss(item)

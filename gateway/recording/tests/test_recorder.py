@@ -286,7 +286,7 @@ def test_files_without_an_end_are_mended_by_the_next_run(tmp_path: Path, caplog:
     caplog.set_level(logging.INFO)
     with recording(tmp_path) as recorder:
         recorder.now(START_S)
-    assert f"{torn.name} had no end" in caplog.text
+        until(lambda: f"{torn.name} had no end" in caplog.text)
     assert "no end" not in "".join(read(torn)[1].lost)
     assert "cannot be mended" in caplog.text
     scribe.close()
