@@ -9,6 +9,7 @@ from rich.console import Console
 
 from gateway.commands.replaying import DIFF, FINDINGS, PHASES, SUMMARY, Request, replayed
 from gateway.problems import ConfigError
+from gateway.report import PAGE, PICTURES
 from gateway.severity import Severity
 
 CLEAN, FAULTS, FAILED = 0, 1, 2
@@ -21,7 +22,7 @@ CLEAN, FAULTS, FAILED = 0, 1, 2
     "--out",
     type=click.Path(path_type=Path, file_okay=False),
     required=True,
-    help=f"Folder for {FINDINGS} and {SUMMARY}; those of an earlier replay are replaced.",
+    help=f"Folder for {FINDINGS}, {SUMMARY} and {PAGE}; those of an earlier replay are replaced.",
 )
 @click.option(
     "--offset",
@@ -57,6 +58,8 @@ CLEAN, FAULTS, FAILED = 0, 1, 2
     metavar="CONFIG",
     help=f"Judge with this configuration, too, and say what it would find otherwise: {DIFF}.",
 )
+@click.option("--no-report", "report", is_flag=True, flag_value=False, default=True, help=f"Write no {PAGE}.")
+@click.option("--plots", is_flag=True, help=f"Write the report's figures as PNG and SVG, too, into {PICTURES}.")
 @click.option("-v", "--verbose", is_flag=True, help="Print all findings, also that something is well.")
 def replay(
     config: Path,
@@ -68,6 +71,8 @@ def replay(
     detectors: tuple[str, ...],
     phases: int | None,
     against: Path | None,
+    report: bool,
+    plots: bool,
     verbose: bool,
 ) -> None:
     """Judge recorded dives by the very code that judges live: the same readings give the same findings.
@@ -88,7 +93,9 @@ def replay(
     console = Console()
     least = Severity.INFO if verbose else Severity.NOTICE
     try:
-        request = Request(config, log, out, offsets, begin, end, detectors, phases or 1, against, least)
+        request = Request(
+            config, log, out, offsets, begin, end, detectors, phases or 1, against, least, report, plots
+        )
         account = replayed(request, console)
     except (ConfigError, ValueError, OSError) as error:
         raise _failed(_words(error)) from error

@@ -63,6 +63,10 @@ class ReplayBar(AbstractContextManager["ReplayBar"]):
         self._begun_s = time.perf_counter()
         self._bar.reset(self._task, description=what, dive="")
 
+    def drawing(self, what: str) -> None:
+        """What is drawn now."""
+        self._bar.update(self._task, description=f"drawing {what}", dive="")
+
     def show(self, place: Place) -> None:
         """How far it is now."""
         speed = place.dive_s / max(time.perf_counter() - self._begun_s, 1e-3)

@@ -15,11 +15,13 @@ from gateway.config import Config, load
 from gateway.findings import Finding
 from gateway.replay.log_input import log_input
 from gateway.replay.offsets import offsets_s
+from gateway.report import PAGE
 from gateway.severity import Severity
 
 if TYPE_CHECKING:
     from gateway.replay.result import ReplayResult
     from gateway.replay.session import Terms
+    from gateway.report.writing import Report
 
 FINDINGS, SUMMARY, DIFF, PHASES = "findings.jsonl", "summary.txt", "diff.txt", "phases.txt"
 # of the other configuration, and of the other phases
@@ -39,6 +41,7 @@ class Request:
         detectors: that judge; none: all of them.
         phases: of the samples, at which it is judged.
         against: file of another configuration to compare with; None: there is none.
+        report: whether a report is written; plots: its figures as pictures, too.
         least: severity of what is printed.
     """
 
@@ -52,6 +55,20 @@ class Request:
     phases: int = 1
     against: Path | None = None
     least: Severity = Severity.NOTICE
+    report: bool = True
+    plots: bool = False
+
+    def __post_init__(self) -> None:
+        if self.plots and not self.report:
+            raise ValueError("--plots are the figures of the report: leave out --no-report")
+
+    @property
+    def words(self) -> list[str]:
+        """The command that asks for the same, as a shell gets it: for what of it the report shows."""
+        said = [("--from", self.begin), ("--to", self.end), *(("--detector", one) for one in self.detectors)]
+        said += [("--offset", one) for one in self.offsets]
+        options = [word for option, value in said if value is not None for word in (option, value)]
+        return ["gateway", "replay", str(self.config), *self.logs, "--out", str(self.out), *options]
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,18 +93,22 @@ def replayed(request: Request, console: Console) -> Account:
         OSError: something cannot be read or written.
         ValueError: what the user has asked for does not go together, or a log is not what its name says.
     """
-    from gateway.outlet import NOTES  # with all detectors and log readers: no other command should wait for them
+    # with all detectors and log readers: no other command should wait for them
+    from gateway.outlet import NOTES
+    from gateway.report.writing import Report
 
     config, terms = load(request.config), _terms(request)
     _check(config, request)
     request.out.mkdir(parents=True, exist_ok=True)
+    report = Report(config) if request.report else None
     with ReplayBar(console, request.least, NOTES) as bar:
-        result = _judged(config, request, terms, request.out / FINDINGS, bar)
+        result = _judged(config, request, terms, request.out / FINDINGS, bar, report)
+        drawn = _drawn(report, request, result, bar)
         unusable = _unusable(result, terms)
         compared = (
             [] if unusable else [*_phases(config, request, terms, result, bar), *_diff(request, terms, result, bar)]
         )
-    lines = result.lines()
+    lines = [*result.lines(), *drawn]
     (request.out / SUMMARY).write_text("\n".join([*lines, "", *bar.told]) + "\n", encoding="utf-8")
     return Account([*lines, *compared], result.faulty, unusable)
 
@@ -108,13 +129,31 @@ def _check(config: Config, request: Request) -> None:
             raise ValueError(f"--detector {name}: {request.config} has no [{name}] table, so there is none")
 
 
-def _judged(config: Config, request: Request, terms: Terms, findings: Path, bar: ReplayBar) -> ReplayResult:
+def _judged(
+    config: Config, request: Request, terms: Terms, findings: Path, bar: ReplayBar, report: Report | None = None
+) -> ReplayResult:
     from gateway.replay.reels import reels
-    from gateway.replay.session import replay
+    from gateway.replay.session import Progress, replay
+
+    def progress(place: Progress) -> None:
+        if report is not None:
+            report.take(place.findings)
+        bar.show(place)
 
     inputs = [log_input(one, config.links()) for one in request.logs]
     several = reels(inputs, config, offsets_s(request.offsets, inputs))
-    return replay(config, several, findings, bar.show, jobs=os.cpu_count() or 1, terms=terms)
+    onlooker = None if report is None else report.onlooker
+    return replay(config, several, findings, progress, jobs=os.cpu_count() or 1, onlooker=onlooker, terms=terms)
+
+
+def _drawn(report: Report | None, request: Request, result: ReplayResult, bar: ReplayBar) -> list[str]:
+    """Writes the report; that of an earlier replay must not be taken for it."""
+    path = request.out / PAGE
+    path.unlink(missing_ok=True)
+    if report is None or result.told_from_s is None:
+        return []
+    report.write(result, request.out, request.words, pictures=request.plots, progress=bar.drawing)
+    return [f"report: {path}"]
 
 
 def _unusable(result: ReplayResult, terms: Terms) -> str:

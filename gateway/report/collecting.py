@@ -5,12 +5,15 @@ Memory is bounded, however long the dive: see `gateway.report.thinning`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Sequence
+from math import nan
 
 from drivers.readings import AutopilotHeartbeat
 from gateway.channel import Judgement, NavigationJudgement, SpeedJudgement
 from gateway.config import Config
 from gateway.findings import Finding
+from gateway.navigation_channel import SUBJECT as NAVIGATION
 from gateway.pipeline import Pipeline
 from gateway.replay.result import ReplayResult
 from gateway.report.dive import Dive, LinkCourse
@@ -20,6 +23,9 @@ from gateway.report.speed_collecting import SpeedCollecting
 from gateway.report.thruster_collecting import ThrusterCollecting
 from gateway.report.vehicle_collecting import VehicleCollecting
 from gateway.report.versions import versions
+from gateway.sensor_observations import SUBJECTS
+from gateway.severity import Severity
+from gateway.speed_channel import SUBJECT as VEHICLE
 from gateway.stretches.stretch import BlockArrival
 from gateway.thruster_channel import JudgedColumns, ThrusterCurves
 
@@ -90,7 +96,7 @@ class Collecting:
             result=result,
             begin_s=begin_s,
             end_s=end_s,
-            findings=tuple(findings),
+            findings=(*_before(result), *findings),
             logs=tuple(logs),
             versions=versions(),
             thrusters=tuple(one for one in courses if len(one.time_s)),
@@ -99,6 +105,7 @@ class Collecting:
             links=self._link_courses(begin_s, end_s),
             armed=self._vehicle.armed(begin_s),
             modes=self._vehicle.modes(begin_s),
+            from_s=(result.told_from_s or begin_s) - begin_s,
         )
 
     def _link_courses(self, begin_s: float, end_s: float) -> tuple[LinkCourse, ...]:
@@ -108,3 +115,21 @@ class Collecting:
             for name, link in self._links.items()
         )
         return tuple(course for course in courses if course is not None)
+
+
+def _before(result: ReplayResult) -> Iterator[Finding]:
+    """How the subjects were already when it was told for the first time of a dive that is told in part."""
+    if result.told_from_s is None:
+        return
+    for subject, level in result.levels_before.items():
+        text = f"{subject} {level.name} since before"
+        yield Finding(result.told_from_s, _detector(subject), subject, level, nan, text, Severity.INFO)
+
+
+def _detector(subject: str) -> str:
+    """Whose findings are of it."""
+    if re.fullmatch(r"thruster \d+", subject):
+        return "thruster"
+    if subject == VEHICLE:
+        return "speed"
+    return "navigation" if subject in (NAVIGATION, *SUBJECTS.values()) else "signal"

@@ -132,6 +132,7 @@ class Dive:
         config: that it was judged by; config_text: the file.
         result: counts, and what was lost.
         begin_s, end_s: unix seconds, or those of the log.
+        from_s: since `begin_s`, from when on it is told: what was before was only learnt from.
         findings: all, in order.
         logs: names of the files.
         versions: of this program and what it stands on, by name.
@@ -153,3 +154,4 @@ class Dive:
     links: tuple[LinkCourse, ...] = ()
     armed: FloatArray = field(default_factory=lambda: np.empty((0, 2)))
     modes: tuple[tuple[float, str], ...] = ()
+    from_s: float = 0.0

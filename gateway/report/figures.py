@@ -17,5 +17,5 @@ def figures(dive: Dive) -> list[Figure]:
     """The time line, then what something was found of, then the rest; only those that show something."""
     several = [*thruster_figures(dive), *speed_figures(dive), *navigation_figures(dive), *link_figures(dive)]
     drawn = [timeline_figure(dive), *sorted(several, key=lambda one: not one.main)]
-    whole = (0.0, dive.end_s - dive.begin_s)  # of all the same: what happened at a time stands at one place
+    whole = (dive.from_s, dive.end_s - dive.begin_s)  # of all the same: what happened at a time stands at one place
     return [replace(one, x_range=whole) if one.over_time else one for one in drawn if one.panels]

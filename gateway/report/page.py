@@ -81,6 +81,7 @@ def page(dive: Dive, figures: Sequence[Figure], again: Sequence[str]) -> str:
             mood=mood,
             begun=instant(dive.begin_s),
             length=_spell(dive.result.duration_s),
+            told_from=clock(round(dive.from_s, 1)) if dive.from_s else "",
             at=_instants(dive),
             found=found[:SHOWN_MAX],
             others=found[SHOWN_MAX:],

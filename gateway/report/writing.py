@@ -10,11 +10,10 @@ from gateway.findings import Finding
 from gateway.plotting.figure import Figure
 from gateway.plotting.picture import SUFFIXES, save_picture
 from gateway.replay.result import ReplayResult
+from gateway.report import PAGE, PICTURES
 from gateway.report.collecting import Collecting
 from gateway.report.figures import figures
 from gateway.report.page import write_page
-
-PAGE, PICTURES = "report.html", "plots"
 
 
 class Report:
