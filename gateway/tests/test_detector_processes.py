@@ -51,6 +51,7 @@ def test_single_samples_acceptance_and_the_commissioned_curve_reach_it(make):
     there.accept()
     here.accept()
     assert repr(there.commissioned) == repr(here.commissioned) != "None"
+    assert there.learnt.speed_rpm.tolist() == here.learnt.speed_rpm.tolist() != []
 
 
 def test_an_error_in_the_process_is_raised_here(make):
