@@ -7,22 +7,28 @@ import pty
 import subprocess
 import sys
 import time
+from itertools import pairwise
+from math import inf
 from pathlib import Path
 from threading import Thread
 
 import pytest
 from click.testing import CliRunner
 
+from detectors.verdict import Level
 from gateway.cli import main
 from gateway.config import load
 from gateway.control.watching import Watching
 from gateway.pipeline import Factories
+from gateway.replay.log_input import log_input
+from gateway.replay.reels import reels
 from gateway.run import run
 from gateway.tests.conftest import TWO_THRUSTERS, ThresholdDetector
 from gateway.tests.live_vehicle import free_port, vehicle
 from gateway.tests.recorded_dives import dronecan, settings, write_candump
 from gateway.watch.live_source import LiveSource
 from gateway.watch.plain import Changes
+from gateway.watch.recorded_dive import RecordedDive
 
 STAND_INS = Factories(thruster=ThresholdDetector)
 REAL = Path(__file__).parents[3] / "shared" / "data" / "ardusub_logs"
@@ -95,7 +101,8 @@ def test_of_an_empty_log_it_is_said_that_there_is_nothing(watch):
 
 async def test_a_gateway_that_is_waited_for_runs_finds_something_ends_and_is_back(tmp_path):
     path = tmp_path / "gateway.toml"
-    path.write_text(TWO_THRUSTERS.replace("udpin:127.0.0.1:0", f"udpin:127.0.0.1:{free_port()}"))
+    text = TWO_THRUSTERS.replace("udpin:127.0.0.1:0", f"udpin:127.0.0.1:{free_port()}")
+    path.write_text(text + "[recording]\nkeep_free_mb = 0\n")
     config, told = load(path), []
     changes, source = Changes(), LiveSource(Watching(config.files.control), time.time)
 
@@ -117,6 +124,21 @@ async def test_a_gateway_that_is_waited_for_runs_finds_something_ends_and_is_bac
             await seen("; waiting for it")
             async with running(config):
                 await seen("live, started again")
+    both_runs_are_seen_again(config)
+
+
+def both_runs_are_seen_again(config) -> None:
+    """What they have recorded: the second one begins anew."""
+    files = [log_input(str(path), config.links()) for path in config.recording.folder.iterdir()]
+    dive = RecordedDive(config, reels(files, config), STAND_INS)
+    found, running_s = [], []
+    while dive.next_s < inf:
+        found += dive.step(0.5)
+        running_s.append(dive.telemetry().running_s)
+    assert next(one.text for one in found if one.level is Level.FAULT).startswith("T2 entangled?")
+    assert sum(later < earlier for earlier, later in pairwise(running_s)) == 1
+    first, *_ = dive.telemetry().links
+    assert first.name == "can0" and first.up
 
 
 @contextlib.asynccontextmanager
