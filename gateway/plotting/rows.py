@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import cycle
 
 import numpy as np
 
 from gateway.plotting.clock import clock
 from gateway.plotting.figure import Bar, Colour, Mark, Panel, Points
+
+NEUTRAL = (Colour.OTHER, Colour.COMMAND, Colour.MEASURED, Colour.FAINT)
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +43,11 @@ class Row:
     name: str
     pieces: Sequence[Piece] = ()
     moments: Sequence[Moment] = ()
+
+
+def told_apart(names: Iterable[str]) -> Mapping[str, Colour]:
+    """A colour for each name, of those that say neither good nor bad; neighbours in order have different ones."""
+    return dict(zip(dict.fromkeys(names), cycle(NEUTRAL), strict=False))
 
 
 def rows_panel(rows: Sequence[Row]) -> Panel:

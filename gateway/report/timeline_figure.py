@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
-from itertools import cycle, pairwise
+from itertools import pairwise
 
 import numpy as np
 
 from detectors.verdict import Level
 from gateway.plotting.figure import Colour, Figure, FloatArray, Line, Panel
-from gateway.plotting.rows import Moment, Piece, Row, rows_panel
+from gateway.plotting.rows import Moment, Piece, Row, rows_panel, told_apart
 from gateway.report.dive import Dive
 from gateway.report.drawable import LEVEL_COLOURS, panels
 from gateway.report.episodes import Episode, episodes
@@ -18,7 +18,6 @@ from gateway.report.subjects import DETECTORS, calm_subjects
 
 # of the dive: shorter stretches that follow each other are one, as bad as the worst of them
 LEAST_SHARE = 1.0 / 1000.0
-MODE_COLOURS = (Colour.OTHER, Colour.COMMAND, Colour.MEASURED, Colour.FAINT)
 # what began is marked, too: it may be too short to be seen
 ONSETS = {Level.SUSPECT: "suspected", Level.FAULT: "found"}
 
@@ -34,7 +33,7 @@ def timeline_figure(dive: Dive) -> Figure:
 def _vehicle_rows(dive: Dive) -> Iterator[Row]:
     length_s = dive.end_s - dive.begin_s
     if dive.modes:
-        colours = dict(zip(dict.fromkeys(mode for _, mode in dive.modes), cycle(MODE_COLOURS), strict=False))
+        colours = told_apart(mode for _, mode in dive.modes)
         ends_s = [from_s for from_s, _ in dive.modes] + [length_s]
         stretches = zip(dive.modes, pairwise(ends_s), strict=True)
         yield Row("mode", [Piece(*edges, colours[mode], mode) for (_, mode), edges in stretches])

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
+from gateway.plotting.figure import Figure
 from hil_tests.report.check import Check
-from hil_tests.report.drawing import Figure
 from hil_tests.report.motion_figures import motion_figures
 from hil_tests.report.outcome import Outcome
 from hil_tests.report.thruster_figures import residuals, thruster_figures
@@ -14,10 +15,11 @@ from hil_tests.report.timeline import timeline
 
 def figures(outcome: Outcome, checks: Sequence[Check]) -> list[Figure]:
     """Only those for which there is something to draw: where nothing was simulated, the truth is not known."""
-    off = residuals(outcome)
-    return [
+    drawn = [
         timeline(outcome, checks),
         *sorted(thruster_figures(outcome), key=lambda one: not one.main),
-        *([off] if off else []),
+        *residuals(outcome),
         *motion_figures(outcome),
     ]
+    whole = (0.0, outcome.end_s - outcome.start_s)
+    return [replace(one, x_range=whole) if one.over_time else one for one in drawn if one.panels]

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from math import isfinite
 from pathlib import Path
 from shlex import join
 
 from gateway.plotting.clock import clock, lasting
-from gateway.plotting.pages import Place, environment, packed
+from gateway.plotting.pages import Drawings, Place, environment
 from hil_tests.report.account import Line, counted, happenings, name_of
 from hil_tests.report.check import Check
 from hil_tests.report.expectations import checks, found_after_s
@@ -103,7 +102,7 @@ def report_html(outcomes: Sequence[Outcome], written: datetime) -> str:
 
 def _section(outcome: Outcome) -> Section:
     held, found_s = checks(outcome), found_after_s(outcome)
-    drawn = figures(outcome, held)
+    drawings = Drawings.of(figures(outcome, held))
     return Section(
         outcome=outcome,
         name=name_of(outcome),
@@ -114,8 +113,8 @@ def _section(outcome: Outcome) -> Section:
         speed=_speed(outcome),
         faults=list(_fault_rows(outcome)),
         lines=list(happenings(outcome)),
-        places=[Place(number, "", one.title, "", one.main, one.height_px) for number, one in enumerate(drawn)],
-        drawings=packed(json.dumps([one.json for one in drawn], separators=(",", ":"), allow_nan=False)),
+        places=[replace(one, name="") for one in drawings.places],  # a name is an id, of one thing on a page
+        drawings=drawings.packed,
         again=list(_again(outcome)),
     )
 

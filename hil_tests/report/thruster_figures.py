@@ -5,28 +5,15 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 
-import numpy as np
-
 from detectors.verdict import Level
-from hil_tests.report.drawing import (
-    COMMAND,
-    HEALTHY,
-    MEASURED,
-    OTHER,
-    SCORE,
-    Figure,
-    Json,
-    happened,
-    line,
-    rows,
-    score_axis,
-    threshold,
-    time_axis,
-)
+from gateway.plotting.figure import Colour, Figure, Line, Mark, Panel
+from gateway.report.drawable import panels, score_panel
+from hil_tests.report.drawing import happened, scored
 from hil_tests.report.outcome import Outcome
 from hil_tests.scenario.fault import Fault
 
 SCORED = re.compile(r"T(\d+)")
+RESIDUAL = re.compile(r"T(\d+)RES")
 OF_THRUSTER = re.compile(r"thruster (\d+)\b")
 
 
@@ -34,13 +21,13 @@ def thruster_figures(outcome: Outcome) -> Iterator[Figure]:
     """One for each thruster that was simulated or scored; the main ones are those that something happened to."""
     struck = _struck(outcome)
     for number in sorted(_numbers(outcome)):
-        yield _figure(outcome, number, number in struck)
+        yield _figure(outcome, number, main=number in struck)
 
 
 def _numbers(outcome: Outcome) -> set[int]:
     simulated = range(1, 1 + (outcome.truth.command.shape[1] if outcome.truth else 0))
-    scored = (SCORED.fullmatch(name) for name in outcome.scores)
-    return {*simulated, *(int(found[1]) for found in scored if found)}
+    told = (SCORED.fullmatch(name) for name in outcome.scores)
+    return {*simulated, *(int(found[1]) for found in told if found)}
 
 
 def _struck(outcome: Outcome) -> set[int]:
@@ -50,20 +37,14 @@ def _struck(outcome: Outcome) -> set[int]:
     return {number for number in faulty if number is not None} | {int(found[1]) for found in bad if found}
 
 
-def _figure(outcome: Outcome, number: int, main: bool) -> Figure:
-    drawn = {"rpm": _speeds(outcome, number), "command": _command(outcome, number), "score": _scores(outcome, number)}
-    titles = [title for title, row in drawn.items() if row]
-    lines = [drawn[title] for title in titles]
-    data = [trace | _on_row(index) for index, row in enumerate(lines) for trace in row]
-    scored = titles.index("score") + 1 if "score" in titles else 0
-    length_s = outcome.end_s - outcome.start_s
-    layout = rows(*titles, shares=[2.0 if title == "rpm" else 1.0 for title in titles]) | {
-        "xaxis": time_axis(outcome, anchor=f"y{len(lines)}" if len(lines) > 1 else "y"),
-        "shapes": happened(_own(outcome.scenario.faults, number), length_s) + ([threshold(scored)] if scored else []),
-    }
-    if scored:
-        score_axis(layout, scored, [trace["y"] for trace in lines[scored - 1]])
-    return Figure(f"Thruster {number}", data, layout, 90 + 90 * len(lines), main)
+def _figure(outcome: Outcome, number: int, *, main: bool) -> Figure:
+    behind = tuple(happened(outcome, _own(outcome.scenario.faults, number)))
+    drawn = panels(
+        Panel("speed, rpm", (*behind, *_speeds(outcome, number)), share=1.6),
+        Panel("command, %", (*behind, *_command(outcome, number)), share=0.8),
+        score_panel(list(scored(outcome, f"T{number}", "score", Colour.RESIDUAL)), *behind),
+    )
+    return Figure(f"thruster-{number}", f"Thruster {number}", drawn, main=main)
 
 
 def _own(faults: Sequence[Fault], number: int) -> list[Fault]:
@@ -71,45 +52,22 @@ def _own(faults: Sequence[Fault], number: int) -> list[Fault]:
     return [fault for fault in faults if fault.subject.thruster in {number, None}]
 
 
-def _on_row(index: int) -> Json:
-    return {"yaxis": f"y{index + 1}" if index else "y"}
+def _speeds(outcome: Outcome, number: int) -> Iterator[Mark]:
+    if truth := outcome.truth:
+        since_s = truth.time_s - outcome.start_s
+        yield Line("healthy", since_s, truth.healthy_rpm[:, number - 1], Colour.PREDICTED, width=3.0)
+        yield Line("measured", since_s, truth.speed_rpm[:, number - 1], Colour.MEASURED)
 
 
-def _speeds(outcome: Outcome, number: int) -> list[Json]:
-    truth = outcome.truth
-    if truth is None:
-        return []
-    since_s = truth.time_s - outcome.start_s
-    return [
-        line("healthy", since_s, truth.healthy_rpm[:, number - 1], HEALTHY, width=3.0),
-        line("speed", since_s, truth.speed_rpm[:, number - 1], MEASURED),
-    ]
+def _command(outcome: Outcome, number: int) -> Iterator[Mark]:
+    if truth := outcome.truth:
+        yield Line("command", truth.time_s - outcome.start_s, 100.0 * truth.command[:, number - 1], Colour.COMMAND)
 
 
-def _command(outcome: Outcome, number: int) -> list[Json]:
-    truth = outcome.truth
-    if truth is None:
-        return []
-    return [line("command", truth.time_s - outcome.start_s, truth.command[:, number - 1], COMMAND)]
-
-
-def _scores(outcome: Outcome, number: int) -> list[Json]:
-    """The score with its threshold; without a simulation the residual is all that is known of the speed."""
-    series = outcome.scores.get(f"T{number}")
-    return [] if series is None else [line("score", series.time_s - outcome.start_s, np.asarray(series.value), SCORE)]
-
-
-def residuals(outcome: Outcome) -> Figure | None:
-    """Of all thrusters together, where their true speeds are not known; None: they are, or nothing was judged."""
-    found = {int(name[1:-3]): one for name, one in outcome.scores.items() if re.fullmatch(r"T\d+RES", name)}
-    if outcome.truth is not None or not found:
-        return None
-    data = [
-        line(f"T{number}", one.time_s - outcome.start_s, one.value, OTHER) | {"line": {"width": 1.4}}
-        for number, one in sorted(found.items())
-    ]
-    layout = rows("rpm") | {
-        "xaxis": time_axis(outcome),
-        "shapes": happened(outcome.scenario.faults, outcome.end_s - outcome.start_s),
-    }
-    return Figure("Thrusters: measured less predicted speed", data, layout)
+def residuals(outcome: Outcome) -> Iterator[Figure]:
+    """Of all thrusters together, where their true speeds are not known; none: they are, or nothing was judged."""
+    names = {int(found[1]): name for name in outcome.scores if (found := RESIDUAL.fullmatch(name))}
+    if outcome.truth is None and names:
+        lines = [line for one in sorted(names) for line in scored(outcome, names[one], f"T{one}", Colour.OTHER)]
+        drawn = panels(Panel("rpm", (*happened(outcome, outcome.scenario.faults), *lines)))
+        yield Figure("residuals", "Thrusters: measured less predicted speed", drawn)

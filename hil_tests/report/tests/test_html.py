@@ -8,18 +8,21 @@ import subprocess
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
 import pytest
 
+from gateway.plotting.figure import Band, Bar, Figure, Points
+from gateway.plotting.plotly_drawing import to_plotly
 from gateway.report.tests.page_parts import LOADS, PageParts
 from hil_tests.report.expectations import checks
 from hil_tests.report.figures import figures
 from hil_tests.report.html import report_html, write_report
 from hil_tests.report.outcome import Outcome
-from hil_tests.report.tests.dive import FOUND_S, dive
-from hil_tests.report.tests.plays import finding, play
+from hil_tests.report.tests.dive import FOUND_S, LASTED_S, dive
+from hil_tests.report.tests.plays import ENTANGLED, finding, play
 
 WRITTEN = datetime(2026, 11, 22, 15, 4, 5, tzinfo=UTC)
 WANTED = {"finding": {"subject": "thruster 3", "level": "FAULT"}, "within_s": 2.0}
@@ -32,6 +35,25 @@ def page(*outcomes: Outcome) -> PageParts:
 
 def titles(outcome: Outcome) -> list[str]:
     return [one.title for one in figures(outcome, checks(outcome))]
+
+
+def figure(outcome: Outcome, title: str) -> Figure:
+    (found,) = [one for one in figures(outcome, ()) if one.title == title]
+    return found
+
+
+def plot(outcome: Outcome, title: str) -> dict[str, Any]:
+    return to_plotly(figure(outcome, title))
+
+
+def line(drawn: dict[str, Any], name: str) -> dict[str, Any]:
+    (found,) = [one for one in drawn["data"] if one["name"] == name]
+    return dict(found)
+
+
+def of_row(drawn: Figure, name: str) -> list[Bar]:
+    (rows,) = drawn.panels
+    return [one for one in rows.marks if isinstance(one, Bar) and rows.rows[one.row] == name]
 
 
 def test_it_needs_no_network() -> None:
@@ -109,11 +131,10 @@ def test_the_worst_score_is_in_its_plot() -> None:
     outcome = dive()
     score = outcome.scores["T3"].value
     score[300] = 99.0
-    (plot,) = [one for one in figures(outcome, ()) if one.title == "Thruster 3"]
-    (trace,) = [one for one in plot.data if one["name"] == "score"]
-    assert max(trace["y"]) == 99.0
-    assert plot.layout["yaxis3"]["title"]["text"] == "score, cut at 10"
-    assert plot.layout["yaxis3"]["range"] == [0.0, 10.0]
+    drawn = plot(outcome, "Thruster 3")
+    assert max(line(drawn, "score")["y"]) == 99.0
+    assert "score, cut at 10" in [one["text"] for one in drawn["layout"]["annotations"]]
+    assert drawn["layout"]["yaxis3"]["range"] == [0.0, 10.0]
 
 
 def test_what_is_no_number_is_a_gap() -> None:
@@ -121,30 +142,44 @@ def test_what_is_no_number_is_a_gap() -> None:
     assert outcome.truth is not None
     outcome.truth.healthy_rpm[100:110, 2] = np.nan
     outcome.truth.speed_rpm[200:210, 2] = np.inf
-    (plot,) = [one for one in figures(outcome, ()) if one.title == "Thruster 3"]
-    healthy, speed = plot.data[:2]
-    assert (healthy["name"], speed["name"]) == ("healthy", "speed")
-    assert None in healthy["y"]
-    assert None in speed["y"]
-    json.dumps(plot.json, allow_nan=False)
+    drawn = plot(outcome, "Thruster 3")
+    assert None in line(drawn, "healthy")["y"]
+    assert None in line(drawn, "measured")["y"]
+    json.dumps(drawn, allow_nan=False)
 
 
 def test_a_stretch_of_a_level_lasts_until_the_next() -> None:
-    (line,) = [one for one in figures(dive(), ()) if one.title == "Time line"]
-    lanes = dict(zip(line.layout["yaxis"]["ticktext"], line.layout["yaxis"]["tickvals"], strict=True))
-    (bars,) = [one for one in line.data if one["type"] == "bar" and one["y"][0] == lanes["thruster 3"]]
-    assert bars["text"] == ["UNKNOWN", "NORMAL", "SUSPECT", "FAULT", "NORMAL"]
-    origin = bars["base"][0] - 100
-    assert bars["base"][3] - origin == round(1000.0 * FOUND_S)
-    ends = [base + length for base, length in zip(bars["base"], bars["x"], strict=True)]
-    assert ends == [*bars["base"][1:], line.layout["xaxis"]["range"][1]]
+    drawn = figure(dive(), "Time line")
+    bars = of_row(drawn, "thruster 3")
+    assert [one.label for one in bars] == ["UNKNOWN", "NORMAL", "SUSPECT", "FAULT", "NORMAL"]
+    assert bars[3].from_x == pytest.approx(FOUND_S, abs=1e-3)
+    assert [one.to_x for one in bars] == [*(one.from_x for one in bars[1:]), LASTED_S]
+    assert drawn.x_range == (0.0, LASTED_S)
 
 
 def test_the_failsafes_notes_are_no_level_of_the_vehicle() -> None:
-    (line,) = [one for one in figures(dive(), ()) if one.title == "Time line"]
-    vehicle = line.layout["yaxis"]["tickvals"][line.layout["yaxis"]["ticktext"].index("vehicle")]
-    (bars,) = [one for one in line.data if one["type"] == "bar" and one["y"][0] == vehicle]
-    assert bars["text"] == ["NORMAL"]
+    assert [one.label for one in of_row(figure(dive(), "Time line"), "vehicle")] == ["NORMAL"]
+
+
+def test_a_fault_is_a_bar_that_tells_how_it_grows() -> None:
+    (bar,) = of_row(figure(dive(), "Time line"), "thruster 3 entangled")
+    assert (bar.from_x, bar.to_x) == (ENTANGLED.at_s, ENTANGLED.until_s)
+    assert "share 0.3, grows within 4 s" in bar.text
+
+
+def test_what_was_expected_and_what_was_said_are_marked() -> None:
+    outcome = dive()
+    (rows,) = figures(outcome, checks(outcome))[0].panels
+    places = {name: place for place, name in enumerate(rows.rows)}
+    marked = {
+        (rows.rows[int(row)], label)
+        for one in rows.marks
+        if isinstance(one, Points)
+        for row, label in zip(one.y, one.labels, strict=True)
+    }
+    assert {"expected", "mode", "command", "STATUSTEXT"} < places.keys()
+    assert ("STATUSTEXT", "0:28.1 CRITICAL: Hold done for T3") in marked
+    assert sum(name == "expected" for name, _ in marked) == sum(one.time_s is not None for one in checks(outcome))
 
 
 def test_the_same_outcomes_are_the_same_page() -> None:
@@ -176,11 +211,8 @@ def test_how_to_play_it_once_more_and_replay_what_was_heard(tmp_path: Path) -> N
 
 def test_normal_speeds_are_a_band_where_the_scenario_tells_them() -> None:
     def bands(outcome: Outcome) -> list[tuple[float, float]]:
-        (plot,) = [one for one in figures(outcome, ()) if one.title == "Speed"]
-        go.Figure(plot.json)
-        return [
-            (one["y0"], one["y1"]) for one in plot.layout["shapes"] if one["type"] == "rect" and one["yref"] == "y"
-        ]
+        marks = figure(outcome, "Speed").panels[0].marks
+        return [(float(one.low.min()), float(one.high.max())) for one in marks if isinstance(one, Band)]
 
     outcome = dive()
     told = outcome.scenario.gateway.model_copy(
