@@ -1,5 +1,6 @@
 """A recorded dive that is played: as far as it should be, by the very findings of a replay, with a player's keys."""
 
+from itertools import pairwise
 from math import inf
 
 import pytest
@@ -182,5 +183,20 @@ def test_of_nothing_there_is_nothing_to_show(config, tmp_path):
     player = Player(config, tmp_path / "empty.log")
     look = player.source.look()
     assert look.telemetry is None and look.ended
-    with pytest.raises(ValueError, match="nothing in these logs"):
-        dive_of(config, tmp_path / "empty.log").telemetry()
+
+
+def test_what_follows_has_a_pipeline_and_a_clock_of_its_own(config, log, tmp_path):
+    """As runs of the gateway do, one after the other."""
+    lines = log.read_text().splitlines(keepends=True)
+    (tmp_path / "damaged.log").write_text("".join(["(1700000000.5 can0\n", *lines[:9000]]))
+    several = [log_input(str(one), config.links()) for one in (tmp_path / "damaged.log", log)]
+    dive = RecordedDive(config, [*reels(several[:1], config), *reels(several[1:], config)], FAKES)
+    running_s, found = [], []
+    assert dive.telemetry() is None
+    while dive.next_s < inf:
+        found += dive.step(1.0)
+        running_s.append(dive.telemetry().running_s)
+    assert min(running_s) >= 0.0
+    assert [later for earlier, later in pairwise(running_s) if later < earlier] == [pytest.approx(1.0, abs=0.1)]
+    assert [one.level for one in found if one.subject == "thruster 1"].count(Level.FAULT) == 2
+    assert len(dive.lost()) == 1 and "(line 1)" in dive.lost()[0]

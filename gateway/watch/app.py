@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import ClassVar
@@ -18,9 +19,14 @@ from gateway.watch.palette import COLOURED, PLAIN
 from gateway.watch.rates import Rates
 from gateway.watch.source import Look, Played, Source
 from gateway.watch.view import Frame, headline, link_lines, subject_lines, text_lines
+from gateway.watch.words import ago, printable
 
 # the terminal's own colours and ground, light or dark
 OWN_COLOURS = "ansi-dark"
+
+
+# a look that takes so much longer than the time between two is told
+PATIENCE_S, TICK_S = 2.0, 1.0
 
 
 class WatchApp(App[None]):
@@ -59,6 +65,7 @@ class WatchApp(App[None]):
         self._looking = Looking(source, every_s, lambda look: self.post_message(self.Seen(look)))
         self._rates = Rates()
         self._look: Look | None = None
+        self._seen_s, self._patience_s = time.monotonic(), 2.0 * every_s + PATIENCE_S
         self._rate: Mapping[str, float] = {}
         self._held = False
 
@@ -75,6 +82,7 @@ class WatchApp(App[None]):
         """Begins to look."""
         self.query_one("#subjects", Lines).focus()
         self._looking.start()
+        self.set_interval(TICK_S, self._wonder)
 
     def on_unmount(self) -> None:
         """Looks no more."""
@@ -89,6 +97,7 @@ class WatchApp(App[None]):
         """A look, or what is a bug."""
         if isinstance(message.look, Exception):
             raise message.look
+        self._seen_s = time.monotonic()
         if not self._held:
             self.take(message.look)
 
@@ -98,6 +107,12 @@ class WatchApp(App[None]):
         if look.telemetry is not None and look.fresh:
             self._rate = self._rates.take(look.telemetry)
         self._draw()
+
+    def _wonder(self) -> None:
+        """A look that takes long: what is shown is old, then."""
+        silent_s = time.monotonic() - self._seen_s
+        if silent_s > self._patience_s:
+            self._tell("state", f"no answer for {ago(silent_s)}", "reverse")
 
     def _draw(self) -> None:
         look = self._look
@@ -113,7 +128,7 @@ class WatchApp(App[None]):
             self._show("texts", partial(text_lines, telemetry), look.fresh)
 
     def _tell(self, name: str, words: str, style: str = "") -> None:
-        self.query_one(f"#{name}", Static).update(Text(words, style=style))
+        self.query_one(f"#{name}", Static).update(Text(printable(words), style=style))
 
     def _show(self, name: str, drawn: Callable[[Frame], list[Text]], fresh: bool) -> None:
         """What is no more so is dimmed."""

@@ -11,7 +11,7 @@ from gateway.telemetry import LinkTelemetry, Said, SubjectTelemetry, Telemetry
 from gateway.watch.rows import RANKS
 from gateway.watch.source import Look, Source
 from gateway.watch.view import headline, state_word
-from gateway.watch.words import counted, listed, severity_word, short
+from gateway.watch.words import counted, listed, printable, severity_word, short
 
 # of texts that were seen before: their times are found from ages, and those are rounded
 SAME_S = 1e-3
@@ -43,7 +43,7 @@ class Changes:
 
     def take(self, look: Look) -> list[str]:
         """The lines of a look, each with its time."""
-        return [f"{look.time}  {line}".strip() for line in self._lines(look)]
+        return [printable(f"{look.time}  {line}") for line in self._lines(look)]
 
     def _lines(self, look: Look) -> Iterator[str]:
         """What is new of where it comes from goes first; but the end comes last."""

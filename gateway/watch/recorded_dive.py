@@ -59,14 +59,18 @@ class RecordedDive:
         if config.mavlink is not None:  # there is no ground station to plot anything
             config = replace(config, mavlink=config.mavlink.model_copy(update={"named_values_period_s": 0.0}))
         self._config, self._factories = config, factories
-        self._reels = iter(reels)
+        self._reels, self._lost = iter(reels), list[str]()
         self._stretches: Iterator[list[BlockArrival]] = iter(())
-        self._bits, self.next_s = Bits([]), inf
+        self._bits = Bits([])
+        self._reel: Reel | None = None
+        self._next_reel: Reel | None = None
         self._fetch()
         self.time_s = self.begin_s = self.next_s
 
     def step(self, length_s: float) -> list[Finding]:
         """Judges the next bit, so long by the logs; says what was found in it."""
+        if self._next_reel is not None:
+            self._begin(self._next_reel)
         arrivals = self._bits.take(length_s)
         self.time_s = max(_end_s(arrivals), self.next_s)
         for arrival in arrivals:
@@ -76,20 +80,14 @@ class RecordedDive:
             self._board.hear(reading)
         outcomes = self._pipeline.take_stretch(arrivals)
         self._board.take(outcomes, self.time_s)
-        self.next_s = self._bits.begin_s
-        if not isfinite(self.next_s):
-            self._fetch()
+        self._fetch()
         return [outcome for outcome in outcomes if isinstance(outcome, Finding)]
 
-    def telemetry(self) -> Telemetry:
-        """How it was then.
-
-        Raises:
-            ValueError: there is nothing of it.
-        """
-        if not isfinite(self.begin_s):
-            raise ValueError("nothing in these logs is of a link of the configuration")
-        account = self._account()
+    def telemetry(self) -> Telemetry | None:
+        """How it was then; None before the first bit."""
+        if self._reel is None:
+            return None
+        account = _account(self._reel)
         for link in self._links.values():
             link.dropped = account.drops.get(link.name, Counter())
         self._board.keep(self._pipeline)
@@ -99,35 +97,41 @@ class RecordedDive:
 
     def lost(self) -> list[str]:
         """What could not be read of the logs, in lines."""
-        logs = self._account().logs if isfinite(self.begin_s) else {}
-        return [f"{name}: {line}" for name, lines in logs.items() for line in lines if line.startswith("lost")]
-
-    def _account(self) -> ReplayResult:
-        """So far."""
-        result = ReplayResult()
-        self._reel.account(result, None)
-        return result
+        return [*self._lost, *_lost(self._reel)]
 
     def _fetch(self) -> None:
-        """The next stretch; behind the last one of a reel, that of the next reel, with a pipeline of its own."""
+        """Reads on where nothing is left of a stretch; behind the last one of a reel, in the next reel."""
         while not isfinite(self._bits.begin_s):
             arrivals = next(self._stretches, None)
             if arrivals is not None:
                 self._bits = Bits(arrivals)
-            elif (reel := next(self._reels, None)) is None:
-                break
+            elif (reel := next(self._reels, None)) is not None:
+                self._next_reel, self._stretches = reel, iter(reel)
             else:
-                self._begin(reel)
+                break
         self.next_s = self._bits.begin_s
 
     def _begin(self, reel: Reel) -> None:
-        self._reel, self._stretches = reel, iter(reel)
-        self._bits = Bits(next(self._stretches, []))
+        """A pipeline of its own."""
+        self._lost += _lost(self._reel)
+        self._reel, self._next_reel = reel, None
         self._pipeline = Pipeline(self._config, self._factories)
         reel.begin(self._pipeline)
         watched = watched_subjects(self._config)
-        self._board = TelemetryBoard(self._config.vehicle.name, watched, self._bits.begin_s)
+        self._board = TelemetryBoard(self._config.vehicle.name, watched, self.next_s)
         self._links = {name: ReadLink(name) for name in self._config.links()}
+
+
+def _account(reel: Reel) -> ReplayResult:
+    """What was read of it so far, and what was lost."""
+    result = ReplayResult()
+    reel.account(result, None)
+    return result
+
+
+def _lost(reel: Reel | None) -> list[str]:
+    logs = {} if reel is None else _account(reel).logs
+    return [f"{name}: {line}" for name, lines in logs.items() for line in lines if line.startswith("lost")]
 
 
 def _end_s(arrivals: Sequence[BlockArrival]) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from math import inf, isfinite
+from math import inf
 from queue import Empty, SimpleQueue
 
 from detectors.verdict import Level
@@ -69,11 +69,9 @@ class RecordedSource:
             self._play()
         except (OSError, ValueError) as error:  # of a log that cannot be read any further
             self._failed = str(error)
-        begun = isfinite(self._dive.begin_s)
-        told = self._dive.telemetry() if begun else None
-        at_s = self._dive.time_s
-        note = "  ".join(filter(None, (instant(at_s) if begun else "", self._reached())))
-        time = clock(at_s - self._dive.begin_s if begun else 0.0)
+        dive, told = self._dive, self._dive.telemetry()
+        note = "  ".join(filter(None, ("" if told is None else instant(dive.time_s), self._reached())))
+        time = clock(0.0 if told is None else dive.time_s - dive.begin_s)
         return Look(told, f"{self._name}, {self._how()}", note, time=time, ended=self._ended)
 
     def close(self) -> None:

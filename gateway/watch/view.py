@@ -13,7 +13,7 @@ from gateway.telemetry import LinkTelemetry, Said, Telemetry
 from gateway.watch.bar import FULL, bar
 from gateway.watch.palette import Palette
 from gateway.watch.rows import SubjectRow, Subjects, subjects
-from gateway.watch.words import UNKNOWN, ago, clock, counted, number, severity_word
+from gateway.watch.words import UNKNOWN, ago, clock, counted, number, printable, severity_word
 
 LEVEL_CELLS, SCORE_CELLS, NAME_CELLS_MAX = 7, 5, 16
 # cells of a bar, by the least width of the terminal that has room for it
@@ -45,7 +45,7 @@ def headline(telemetry: Telemetry) -> str:
         f"judging {telemetry.behind_s:.1f} s behind" if telemetry.behind_s > 0.0 else "",
         f"found: {found or 'nothing'}",
     )
-    return "  ".join(filter(None, parts))
+    return printable("  ".join(filter(None, parts)))
 
 
 def subject_lines(telemetry: Telemetry, frame: Frame) -> list[Text]:
@@ -66,6 +66,7 @@ def text_lines(telemetry: Telemetry, frame: Frame) -> list[Text]:
 
 def _cut(lines: list[Text], frame: Frame) -> list[Text]:
     for line in lines:
+        line.plain = printable(line.plain)
         line.truncate(frame.width, overflow="ellipsis")
     return lines
 

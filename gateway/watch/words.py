@@ -13,6 +13,11 @@ UNKNOWN = "-"
 MINUTES_FROM_S, HOURS_FROM_S = 120.0, 7200.0
 
 
+def printable(text: str) -> str:
+    """The same, and nothing in it that a terminal obeys: what is shown comes from logs as well."""
+    return text if text.isprintable() else "".join(one if one.isprintable() else "?" for one in text)
+
+
 def clock(seconds: float) -> str:
     """A time since some beginning: "0:12:03"."""
     minutes, second = divmod(int(max(seconds, 0.0)), 60)

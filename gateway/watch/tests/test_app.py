@@ -153,6 +153,26 @@ async def test_it_looks_again_and_again_and_q_ends_it_while_a_gateway_does_not_a
     answer.set()
 
 
+async def test_a_gateway_that_hangs_is_told_while_it_is_waited_for(monkeypatch):
+    monkeypatch.setattr("gateway.watch.app.PATIENCE_S", 0.1)
+    monkeypatch.setattr("gateway.watch.app.TICK_S", 0.05)
+    answer, looks = Event(), []
+
+    class Hanging(Shown):
+        def look(self) -> Look:
+            looks.append(self.seen)
+            answer.wait(20.0 if len(looks) > 1 else 0.0)
+            return self.seen
+
+    app = WatchApp(Hanging(Look(telemetry(), "live")), OFTEN_S)
+    async with app.run_test(size=(80, 24)) as pilot:
+        while not words(app, "state").startswith("no answer for"):
+            await pilot.pause(OFTEN_S)
+        answer.set()
+        while words(app, "state") != "live":
+            await pilot.pause(OFTEN_S)
+
+
 async def test_a_bug_in_a_look_is_not_swallowed():
     class Broken(Shown):
         def look(self) -> Look:

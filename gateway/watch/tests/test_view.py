@@ -6,10 +6,13 @@ from math import nan
 import pytest
 
 from detectors.verdict import Level
-from gateway.telemetry import LinkTelemetry, SubjectTelemetry
+from gateway.severity import Severity
+from gateway.telemetry import LinkTelemetry, Said, SubjectTelemetry
 from gateway.watch.palette import COLOURED, PLAIN
+from gateway.watch.plain import Changes
 from gateway.watch.rates import Rates
 from gateway.watch.rows import share, subjects, values_words
+from gateway.watch.source import Look
 from gateway.watch.tests.scene import BEGIN_S, ENTANGLED, telemetry, thruster, vehicle
 from gateway.watch.view import Frame, headline, link_lines, subject_lines, text_lines
 from gateway.watch.words import ago, clock, listed, short
@@ -115,6 +118,21 @@ def test_links_tell_rate_load_drops_and_why_they_are_down():
         "dropped at pipeline: late 2",
         "recording to dive_001.mcap, 12.3 MB",
     ]
+
+
+def test_nothing_from_a_log_commands_the_terminal():
+    nasty = "\x1b]0;owned\x07\x9b2J\r"
+    told = replace(
+        telemetry(thruster(4, Level.FAULT, text=nasty)),
+        vehicle=nasty,
+        links=(LinkTelemetry("can0", False, nasty, 1, {nasty: 2}, nan),),
+        texts=(Said(1.0, Severity.INFO, nasty),),
+        recording=nasty,
+    )
+    shown = [*subject_lines(told, WIDE), *link_lines(told, {}, WIDE), *text_lines(told, WIDE)]
+    lines = [*plain(shown), headline(told), *Changes().take(Look(told, nasty))]
+    assert all(line.isprintable() for line in lines)
+    assert sum("]0;owned" in line for line in lines) == 12
 
 
 def test_texts_are_newest_first_with_their_age():
