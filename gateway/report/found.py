@@ -55,12 +55,14 @@ class Watched:
         judged_s: how long it could be judged.
         level: the worst that was said; UNKNOWN: it was never judged.
         remark: what is worth saying beside.
+        heard: there was something to judge by, if too little.
     """
 
     name: str
     judged_s: float
     level: Level
     remark: str
+    heard: bool
 
 
 def troubles(dive: Dive) -> list[Trouble]:
@@ -99,7 +101,7 @@ def watched(dive: Dive) -> list[Watched]:
     judged = dict(_judged(dive))
     missing = dict.fromkeys(dive.result.unjudged, (0.0, Level.UNKNOWN))
     return [
-        Watched(name_of(subject, dive), seconds, level, dive.result.remarks.get(subject, ""))
+        Watched(name_of(subject, dive), seconds, level, dive.result.remarks.get(subject, ""), subject in judged)
         for subject, (seconds, level) in {**judged, **missing}.items()
     ]
 
