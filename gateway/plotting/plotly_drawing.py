@@ -11,6 +11,10 @@ from gateway.plotting.figure import Figure, Panel
 from gateway.plotting.plotly_axes import Json, abscissa, axes, frame, y_name
 from gateway.plotting.plotly_marks import Place, shapes, traces
 
+# More than twice what a phone has across, and no fewer than one sees on a desk. Where something is looked for, one
+# zooms in.
+POINTS_MAX, MAIN_POINTS_MAX = 1000, 4000
+
 
 def to_plotly(figure: Figure, begin_s: float | None = None) -> Json:
     """`data` and `layout`, reduced to what can be seen, with all peaks; `layout["height"]` is in pixels.
@@ -20,12 +24,12 @@ def to_plotly(figure: Figure, begin_s: float | None = None) -> Json:
         begin_s: beginning of the dive in unix seconds: times are times of day then, in UTC; None: they are minutes
             and seconds since that beginning.
     """
-    x = abscissa(figure, begin_s)
+    x, points_max = abscissa(figure, begin_s), MAIN_POINTS_MAX if figure.main else POINTS_MAX
     data: list[Json] = []
     behind: list[Json] = []
     seen: set[str] = set()
     for index, panel in enumerate(figure.panels):
-        place = Place(y_name(index), x, figure.over_time)
+        place = Place(y_name(index), x, figure.over_time, points_max)
         drawn, below = traces(panel.marks, place), shapes(panel.marks, place)
         _name([*drawn, *below], panel, seen)
         data += drawn

@@ -16,7 +16,6 @@ from gateway.plotting.palette import BAND_OPACITY, DAY, SPAN_OPACITY, filled, in
 from gateway.plotting.plotly_axes import Abscissa, Json, rounded
 from gateway.plotting.reduction import alone, band_samples, drawn_line, known_in, pieces
 
-POINTS_MAX = 1000  # more than twice what a phone has across, and no fewer than one sees on a desk
 BAR_HEIGHT = 0.72  # of a row
 MANY = 50  # points, that are drawn smaller
 DASHES = {Dash.SOLID: "solid", Dash.DASHED: "dash", Dash.DOTTED: "dot"}
@@ -30,11 +29,13 @@ class Place:
         y_axis: in plotly's words.
         x: how x is written.
         over_time: x is the time.
+        points_max: of a line, about.
     """
 
     y_axis: str
     x: Abscissa
     over_time: bool
+    points_max: int
 
 
 def traces(marks: Sequence[Mark], place: Place) -> list[Json]:
@@ -66,7 +67,7 @@ def _trace(mark: Line | Band | Points | Arrows, place: Place) -> Json:
 
 
 def _line(line: Line, place: Place) -> Json:
-    x, y = drawn_line(line, POINTS_MAX, over_time=place.over_time)
+    x, y = drawn_line(line, place.points_max, over_time=place.over_time)
     colour = DAY[line.colour]
     look: Json = {"color": colour, "width": line.width, "dash": DASHES[line.dash]}
     return {
@@ -90,7 +91,7 @@ def _lonely(value: FloatArray, colour: str) -> Json:
 
 def _band(band: Band, place: Place) -> Json:
     """Each piece without a gap is a surface: there along the upper edge, and back along the lower."""
-    kept = band_samples(band, POINTS_MAX)
+    kept = band_samples(band, place.points_max)
     x, low, high = band.x[kept], band.low[kept], band.high[kept]
     found = pieces(x, low, high)
     across: list[list[object]] = [place.x(np.concatenate((x[one], x[one][::-1]))) for one in found]

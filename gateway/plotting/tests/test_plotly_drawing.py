@@ -14,8 +14,7 @@ import pytest
 from gateway.plotting.figure import Arrows, Band, Bar, Colour, Figure, Line, Mark, Panel, Points, Span
 from gateway.plotting.palette import DAY, night_colours
 from gateway.plotting.plotly_axes import ORIGIN_MS
-from gateway.plotting.plotly_drawing import to_plotly
-from gateway.plotting.plotly_marks import POINTS_MAX
+from gateway.plotting.plotly_drawing import MAIN_POINTS_MAX, POINTS_MAX, to_plotly
 from gateway.plotting.tests.marks import EMPTY, from_above, line, over_time, sine
 
 
@@ -110,9 +109,10 @@ def test_ten_hours_keep_their_peaks() -> None:
     time_s = np.arange(0.0, 36_000.0, 0.02)
     value = 0.1 * np.sin(0.01 * time_s)
     value[1_234_567], value[345_678] = 7.5, -7.5
-    drawn = trace(line(time_s, value))
-    assert len(drawn["x"]) <= POINTS_MAX
-    assert (max(drawn["y"]), min(drawn["y"])) == (7.5, -7.5)
+    for main, points_max in ((True, MAIN_POINTS_MAX), (False, POINTS_MAX)):
+        drawn = trace(line(time_s, value), main=main)
+        assert 0.9 * points_max < len(drawn["x"]) <= points_max
+        assert (max(drawn["y"]), min(drawn["y"])) == (7.5, -7.5)
     assert alone(line(time_s, value))["layout"]["xaxis"]["tickformat"] == "%-H:%M:%S"
 
 
@@ -121,7 +121,7 @@ def test_a_track_keeps_its_corners_in_both_axes() -> None:
     north_m, east_m = angle * np.cos(angle), angle * np.sin(angle)
     drawn = to_plotly(from_above(north_m, east_m))
     (track,) = drawn["data"]
-    assert len(track["x"]) <= POINTS_MAX
+    assert len(track["x"]) <= MAIN_POINTS_MAX
     for kept, whole in ((track["x"], east_m), (track["y"], north_m)):
         assert (min(kept), max(kept)) == pytest.approx((whole.min(), whole.max()), abs=0.01)
     layout = drawn["layout"]
