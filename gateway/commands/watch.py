@@ -97,7 +97,8 @@ def _played(
     def dive() -> RecordedDive:
         return RecordedDive(settings, reels(inputs, settings, given_s))
 
-    name = ", ".join(one.path.name for one in inputs)
+    more = f" and {len(inputs) - 1} more" if len(inputs) > 1 else ""
+    name = f"{inputs[0].path.name}{more}"
     return RecordedSource(name, dive, pace, every_s, time.monotonic)
 
 

@@ -9,6 +9,7 @@ from math import isfinite
 from rich.cells import cell_len
 from rich.text import Text
 
+from detectors.verdict import Level
 from gateway.telemetry import LinkTelemetry, Said, Telemetry
 from gateway.watch.bar import FULL, bar
 from gateway.watch.palette import Palette
@@ -106,17 +107,20 @@ def _scale(cells: int) -> str:
 
 
 def _subject(row: SubjectRow, name_cells: int, frame: Frame) -> Iterator[Text]:
-    """Its line, and more for values and text that it has no room for."""
+    """Its line; where something is wrong, more for what there is no room for."""
     line = _styled(f"{row.level.name:{LEVEL_CELLS}}", frame.palette.levels[row.level])
     line.append(f" {row.name:{name_cells}} ")
     if frame.bar_cells:
         line.append(bar(row.share, frame.bar_cells) + SPACE, style=frame.palette.bars[row.level])
     line.append(f"{number(row.score, '.2f'):>{SCORE_CELLS}}")
-    for words in filter(None, (*row.values, row.text)):
-        if line.cell_len + len(GAP) + cell_len(words) > frame.width and line.cell_len > INDENT:
+    wrong = row.level in (Level.FAULT, Level.SUSPECT)
+    parts = (*row.values, row.text) if wrong else (row.text, *row.values)
+    for words in filter(None, parts):
+        if line.cell_len + len(GAP) + cell_len(words) <= frame.width or line.cell_len <= INDENT:
+            line.append(GAP + words)
+        elif wrong:
             yield line
-            line = Text(SPACE * (INDENT - len(GAP)))
-        line.append(GAP + words)
+            line = Text(SPACE * (INDENT - len(GAP)) + GAP + words)
     yield line
 
 

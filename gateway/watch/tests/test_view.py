@@ -86,6 +86,14 @@ def test_what_is_wrong_is_on_one_line_where_there_is_room_and_on_two_where_not()
     assert "3.17" in small[1]
 
 
+def test_what_is_well_or_not_judged_has_one_line_with_what_there_is_room_for():
+    learning = replace(thruster(4), level=Level.UNKNOWN, text="learning")
+    lines = plain(subject_lines(telemetry(learning, fault=False), Frame(64, COLOURED)))
+    assert [line.split()[1] for line in lines[1:6]] == ["T4", "T1", "T2", "T3", "vehicle"]
+    assert "learning" in lines[1] and lines[2].endswith("1040 of  1060 rpm")
+    assert lines[5].endswith("1.10 of 0.80-1.20 m/s")
+
+
 def test_marks_of_the_bars_stand_below_their_words():
     heading, *rows = plain(subject_lines(telemetry(fault=False), SMALL))
     assert [heading.index(words) for words in ("0", "+1")] == [rows[0].index("│"), rows[0].rindex("┊")]
