@@ -21,6 +21,8 @@ from gateway.summary import listed
 TEMPLATES = Path(__file__).parent / "templates"
 # how many of what was found stand above all else
 SHOWN_MAX = 8
+# and how many findings are told one by one: no phone shows more
+LINES_MAX = 1000
 MINUTE_S = 60.0
 # parts of the page, by what the names of their figures begin with
 PARTS = (
@@ -71,7 +73,8 @@ def page(dive: Dive, figures: Sequence[Figure], again: Sequence[str]) -> str:
     """The page; see `write_page`. The same dive gives the same page."""
     drawings = Drawings.of(figures)
     title, mood = headline(dive)
-    found = as_one(troubles(dive))
+    found, lines = as_one(troubles(dive)), list(_lines(dive))
+    loud, calm = ([line for line in lines if line.calm is is_calm] for is_calm in (False, True))
     return (
         environment(TEMPLATES)
         .get_template("report.html")
@@ -88,7 +91,9 @@ def page(dive: Dive, figures: Sequence[Figure], again: Sequence[str]) -> str:
             watched=watched(dive),
             parts=list(_parts(drawings.places)),
             drawings=drawings.packed,
-            lines=list(_lines(dive)),
+            loud=loud[:LINES_MAX],
+            calm=calm[:LINES_MAX],
+            left_out=len(loud[LINES_MAX:]) + len(calm[LINES_MAX:]),
             read=dive.result.logs,
             lost=list(_lost(dive)),
             remarks={name_of(subject, dive): text for subject, text in dive.result.remarks.items()},
@@ -154,5 +159,8 @@ def _lost(dive: Dive) -> Iterator[tuple[str, str]]:
         lost = float(link.lost.sum())
         if lost:
             yield link.name, f"{lost:.0f} frames lost before they were received"
-        for from_s, to_s in link.down.tolist():
-            yield link.name, f"down at {clock(round(from_s, 1))} for {to_s - from_s:.1f} s"
+        if len(link.down):
+            total_s = float((link.down[:, 1] - link.down[:, 0]).sum())
+            first = clock(round(float(link.down[0, 0]), 1))
+            times = "once, at" if len(link.down) == 1 else f"{len(link.down)} times, first at"
+            yield link.name, f"down {times} {first}, for {_spell(total_s)}"

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+import json
+import re
 import shutil
 import subprocess
 from collections import Counter
 from dataclasses import replace
+from html import unescape
 from pathlib import Path
 
 import pytest
 
 from detectors.verdict import Level
 from gateway.findings import Finding
+from gateway.plotting.palette import night_colours
 from gateway.replay.result import ReplayResult
 from gateway.report.dive import Dive
 from gateway.report.figures import figures
 from gateway.report.found import as_one, headline, name_of, troubles, watched
-from gateway.report.page import page, write_page
+from gateway.report.page import LINES_MAX, page
 from gateway.report.tests.made_dive import BEGIN_S, DRIFT_S, LENGTH_S, TANGLED_S, dive, finding
 from gateway.report.tests.page_parts import LOADS, PageParts
 
@@ -139,7 +143,7 @@ def test_without_a_script_everything_is_told(made: Dive, parts: PageParts) -> No
     text = words(replace(made, result=result))
     told = [one.text for one in made.findings]
     told += ["28548 records", "lost, line 7: cut off", "CRC 12", "5 frames that no link of the configuration is for"]
-    told += ["down at 1:40 for 12.0 s", "positions from LOCAL_POSITION_NED", "gateway 0.1.0"]
+    told += ["down once, at 1:40, for 12 s", "positions from LOCAL_POSITION_NED", "gateway 0.1.0"]
     told += ["gateway replay 'my dive.toml' can.log --out out", "[[thruster]]"]
     for one in told:
         assert " ".join(one.split()) in text, one
@@ -165,6 +169,14 @@ def test_what_logs_and_configurations_say_is_no_markup(made: Dive) -> None:
     assert "img" not in {tag for tag, _ in seen.tags}
     assert sum(tag == "script" for tag, _ in seen.tags) == sum(tag == "script" for tag, _ in plain.tags)
     assert seen.words.count(bad) >= 8
+
+
+def test_a_subject_that_flickers_does_not_fill_the_page() -> None:
+    several = [finding(0.1 * n, Level(2 + n % 2), "thruster 2", f"no. {n}") for n in range(3 * LINES_MAX)]
+    text = words(quiet(*several))
+    assert "no. 0" in text
+    assert f"and {2 * LINES_MAX} more, in findings.jsonl" in text
+    assert len(text) < 100 * LINES_MAX
 
 
 def test_ids_are_of_one_thing_each(parts: PageParts) -> None:
@@ -200,18 +212,52 @@ def test_names_are_as_people_write_them(made: Dive) -> None:
     assert names == ["Thruster 3 (rear right) ESC", "DVL", "DVL signal", "Link can0", "Thruster 12"]
 
 
+def dom(text: str, folder: Path, window: str) -> str:
+    """What a browser makes of a page; it has nothing to complain of."""
+    (folder / "report.html").write_text(text, encoding="utf-8")
+    options = ["--headless=new", "--no-sandbox", "--disable-gpu", f"--user-data-dir={folder / 'profile'}"]
+    options += ["--enable-logging=stderr", f"--window-size={window}", "--virtual-time-budget=20000", "--dump-dom"]
+    command = [str(BROWSER), *options, (folder / "report.html").as_uri()]
+    seen = subprocess.run(command, capture_output=True, text=True, timeout=100, check=True)
+    assert "CONSOLE" not in seen.stderr  # no error, and nothing that the page's own policy refused
+    return seen.stdout
+
+
+# what a pilot does on a phone, and what comes of it, written where the test can read it
+TAPS = """<script>
+const plot = document.querySelector("#timeline .plot");
+const bars = () => plot.data.find((one) => one.type === "bar").marker.color;
+const told = () => [plot.layout.dragmode, bars()[0], plot.layout.font.color];
+const waiting = setInterval(async () => {
+  if (!plot.classList.contains("ready")) return;
+  clearInterval(waiting);
+  const seen = [told()];
+  for (const button of [document.querySelector("#timeline .zoom"), document.getElementById("ground")]) {
+    button.click();
+    await new Promise((done) => plot.once("plotly_afterplot", done));
+    seen.push(told());
+  }
+  document.body.dataset.seen = JSON.stringify(seen);
+}, 100);
+</script>"""
+
+
 @pytest.mark.skipif(BROWSER is None, reason="needs a browser: apt-get install chromium")
 def test_a_browser_draws_it(made: Dive, tmp_path: Path) -> None:
     drawn = figures(made)
-    write_page(made, drawn, AGAIN, tmp_path / "report.html")
-    options = ["--headless=new", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'profile'}"]
-    options += ["--enable-logging=stderr", "--window-size=1280,9000", "--virtual-time-budget=20000", "--dump-dom"]
-    seen = subprocess.run(
-        [str(BROWSER), *options, (tmp_path / "report.html").as_uri()],
-        capture_output=True,
-        text=True,
-        timeout=100,
-        check=True,
-    )
-    assert "CONSOLE" not in seen.stderr  # no error, and nothing that the page's own policy refused
-    assert seen.stdout.count('class="plot js-plotly-plot ready"') == sum(one.main for one in drawn)
+    text = dom(page(made, drawn, AGAIN), tmp_path, "1280,9000")
+    assert text.count('class="plot js-plotly-plot ready"') == sum(one.main for one in drawn)
+
+
+@pytest.mark.skipif(BROWSER is None, reason="needs a browser: apt-get install chromium")
+def test_on_a_phone_a_finger_scrolls_until_zooming_is_asked_for_and_the_dark_has_its_own_colours(
+    made: Dive, tmp_path: Path
+) -> None:
+    text = page(made, figures(made)[:1], AGAIN).replace("</body>", f"{TAPS}</body>")
+    (letters,) = re.findall(r'data-seen="([^"]*)"', dom(text, tmp_path, "500,2000"))
+    first, zooming, dark = json.loads(unescape(letters))
+    assert first[0] is False
+    assert zooming == ["zoom", *first[1:]]
+    assert dark[0] == "zoom"
+    assert night_colours()[first[1]] == dark[1]
+    assert first[2] != dark[2]
