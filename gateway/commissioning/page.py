@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 from pathlib import Path
 
-from gateway.commissioning.part import Part
+from gateway.commissioning.part import Part, told_once
 from gateway.commissioning.session import Commissioning
 from gateway.plotting.clock import clock
 from gateway.plotting.pages import Drawings, Place, environment
@@ -41,6 +42,7 @@ def page(found: Commissioning, vehicle: str, source: Path) -> str:
             written=found.text is not None,
             complete=found.complete,
             dives=[(dive.name, clock(round(dive.duration_s)), len(dive.findings)) for dive in found.dives],
+            missing=list(told_once(found.parts, attrgetter("missing"))),
             settings=found.settings,
             sections=list(_sections(found.parts, drawings.places)),
             drawings=drawings.packed,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from math import isfinite
 from typing import TypeAlias
@@ -78,6 +79,16 @@ class Part:
     def __post_init__(self) -> None:
         if self.missing and self.settings:
             raise ValueError(f"{self.subject}: has settings, and misses {self.missing[0]!r}: want one or the other")
+
+
+def told_once(parts: Iterable[Part], told: Callable[[Part], Iterable[str]]) -> Iterator[str]:
+    """What is told of parts, with the subjects in front; what is the same of several is told once."""
+    subjects: dict[str, list[str]] = {}
+    for part in parts:
+        for one in told(part):
+            subjects.setdefault(one, []).append(part.subject)
+    for one, several in subjects.items():
+        yield f"{', '.join(several)}: {one}"
 
 
 def _finite(value: Value) -> bool:

@@ -2,29 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from operator import attrgetter
 
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from gateway.commissioning.part import Part
+from gateway.commissioning.part import told_once
 from gateway.commissioning.session import Commissioning
 
 
 def print_tables(console: Console, found: Commissioning) -> None:
-    """What was measured, and after it what is missing and what else is to be said, subject by subject."""
-    console.print(_table(found), soft_wrap=False)
-    for part in found.parts:
-        for line in lines(part):
-            style = "yellow" if part.missing else None
-            console.print(line, style=style, highlight=False, markup=False, soft_wrap=True)
-
-
-def lines(part: Part) -> Iterator[str]:
-    """What is missing of a subject, and what else is to be said."""
-    yield from (f"{part.subject}: missing: {one}" for one in part.missing)
-    yield from (f"{part.subject}: {one}" for one in part.remarks)
+    """What was measured, what is missing for more, and what else is to be said."""
+    console.print(_table(found))
+    for line in told_once(found.parts, attrgetter("missing")):
+        console.print(f"missing: {line}", style="yellow", highlight=False, markup=False, soft_wrap=True)
+    for line in told_once(found.parts, attrgetter("remarks")):
+        console.print(line, highlight=False, markup=False, soft_wrap=True)
 
 
 def _table(found: Commissioning) -> Table:

@@ -9,10 +9,11 @@ from dataclasses import dataclass, replace
 from detectors.thruster import ThrusterConfig
 from gateway.commissioning.dive import RecordedDive, ThrusterSamples
 from gateway.commissioning.excitation import excitation
+from gateway.commissioning.health import faulty_dives
 from gateway.commissioning.part import Part, Setting
 from gateway.commissioning.thruster_figures import thruster_figures
 from gateway.commissioning.thruster_response import ThrusterResponse, response
-from gateway.commissioning.thruster_words import missing, quantities, remarks, unhealthy
+from gateway.commissioning.thruster_words import missing, quantities, remarks
 from gateway.config import Config
 from gateway.config_sections import Thruster
 
@@ -63,7 +64,7 @@ def commission_thruster(
     part = Part(
         subject,
         quantities=tuple(quantities(driven, answer)),
-        missing=(*(() if vouched else unhealthy(subject, used)), *missing(driven, answer, used)),
+        missing=(*(() if vouched else faulty_dives("thruster", used, subject)), *missing(driven, answer, used)),
         remarks=tuple(remarks(thruster, driven, answer, rate_hz, others)),
         figures=tuple(thruster_figures(thruster, samples, answer)),
     )
@@ -91,9 +92,10 @@ def search_settings(config: ThrusterConfig, wanted: ThrusterConfig) -> Iterator[
 
 
 def _unheard(thruster: Thruster) -> str:
+    links = " and ".join(dict.fromkeys((thruster.command.link, thruster.rpm.link)))
     return (
-        f"it has no sample in these logs: neither were speeds and commands of it over {thruster.rpm.link} and"
-        f" {thruster.command.link} heard together. Are they of this vehicle, and complete?"
+        f"it has no sample in these logs: its command and its speed were not heard together over {links}. Are they of"
+        " this vehicle, and complete?"
     )
 
 

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from detectors.verdict import Level
 from gateway.commissioning.dive import RecordedDive
 from gateway.commissioning.excitation import Excitation
 from gateway.commissioning.part import Quantity
@@ -15,23 +14,6 @@ from gateway.config_sections import Thruster
 
 DIFFERS_MAX = 0.06  # speed of one dive against that of all: a healthy thruster repeats itself better than that
 DOUBT_MAX = 0.03  # of the curve, relative
-TOLD = 2  # findings of a dive that are quoted
-
-
-def unhealthy(subject: str, dives: Sequence[RecordedDive]) -> tuple[str, ...]:
-    """The dives in which the thruster was at fault."""
-    return tuple(
-        f"{dive.name} is not healthy: {found}. Leave it out; or say --healthy, if you know better"
-        for dive in dives
-        if (found := _found(subject, dive))
-    )
-
-
-def _found(subject: str, dive: RecordedDive) -> str:
-    faults = [one for one in dive.findings if one.subject == subject and one.level is Level.FAULT]
-    told = [f"{_clock(one.time_s - dive.begin_s)} {one.text}" for one in faults if one.detector == "thruster"]
-    more = f" and {len(told) - TOLD} more" if len(told) > TOLD else ""
-    return ", ".join(told[:TOLD]) + more
 
 
 def missing(driven: Excitation, answer: ThrusterResponse | None, dives: Sequence[RecordedDive]) -> Iterator[str]:
@@ -58,7 +40,7 @@ def _differing(answer: ThrusterResponse, dives: Sequence[RecordedDive]) -> Itera
 
 def quantities(driven: Excitation, answer: ThrusterResponse | None) -> Iterator[Quantity]:
     """What was measured."""
-    reach = f"{-driven.astern:+.0%} to {driven.ahead:+.0%}"
+    reach = f"{-driven.astern or 0.0:+.0%} to {driven.ahead:+.0%}"
     yield Quantity("commanded", reach, f"{driven.driven_s:.0f} s beyond idle, {driven.steps} fast changes")
     if answer is None:
         return
@@ -104,8 +86,3 @@ def _seconds(known: Known) -> tuple[str, str]:
 
 def _range(known: Known, digits: str) -> str:
     return f"{known.low:{digits}} to {known.high:{digits}} in the stretches" if known.high > known.low else ""
-
-
-def _clock(seconds: float) -> str:
-    minutes, second = divmod(int(max(seconds, 0.0)), 60)
-    return f"{minutes}:{second:02}"

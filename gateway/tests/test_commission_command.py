@@ -76,7 +76,7 @@ def test_a_long_dive_gives_a_configuration_that_holds_and_a_state_and_a_page(com
 def test_a_short_and_weak_dive_is_refused_with_what_is_missing(commission, tmp_path):
     result = commission("short/can.log")
     assert result.exit_code == 2
-    assert "thruster 1: missing: ahead was never commanded beyond +1" in result.stdout
+    assert "missing: thruster 1: ahead was never commanded beyond +1" in result.stdout
     assert "60 s are wanted: drive back and forth for" in result.stdout
     assert "nothing was learnt, no configuration was written" in result.stderr
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["commissioning.html"]
@@ -86,7 +86,7 @@ def test_a_short_and_weak_dive_is_refused_with_what_is_missing(commission, tmp_p
 def test_a_log_of_another_vehicle_is_told(commission):
     result = commission("other/can.log")
     assert result.exit_code == 2
-    assert "thruster 2: missing: it has no sample in these logs" in result.stdout
+    assert "missing: thruster 1, thruster 2: it has no sample in these logs" in result.stdout
     assert "Are they of this vehicle" in result.stdout
 
 

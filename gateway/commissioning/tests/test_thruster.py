@@ -72,7 +72,7 @@ def test_a_thruster_that_was_never_heard_is_told(settings):
 def test_a_dive_with_a_fault_is_refused_unless_the_user_knows_better(settings):
     ill = dive({1: samples()}, "ill", [fault(1030.0), fault(1090.0), fault(1120.0), fault(1015.0, "thruster 2")])
     (line,) = learnt(settings, [ill]).part.missing
-    assert line.startswith("ill is not healthy: 0:30 T1 entangled? 900 rpm, want 1200, 1:30 T1")
+    assert line.startswith("ill is not healthy: 0:00:30 T1 entangled? 900 rpm, want 1200, 0:01:30 T1")
     assert "and 1 more" in line
     assert learnt(settings, [ill], vouched=True).sound
 
