@@ -82,7 +82,7 @@ class RecordedLinks:
         """What came of all that was taken since the last time, link by link."""
         for link, singles in self._singles.items():
             singles.sort(key=lambda single: single[0])  # stable
-            places = np.array([place for place, _ in singles])
+            places = np.array([place for place, _ in singles], dtype=np.float64)
             self._blocks[link].append((ReadingBlock.of([reading for _, reading in singles]), places))
         # of one place, what the autopilot says comes before that which it forwards
         links = sorted(self._blocks, key=lambda link: link != MAVLINK)

@@ -60,6 +60,11 @@ class Terms:
     detectors: frozenset[str] = DETECTORS
     phase: float = 0.0
 
+    @property
+    def whole(self) -> bool:
+        """Whether they are those of a run."""
+        return self == Terms()
+
     def __post_init__(self) -> None:
         if not self.detectors or not self.detectors <= DETECTORS:
             raise ValueError(f"detectors = {sorted(self.detectors)}: want some of {', '.join(sorted(DETECTORS))}")
@@ -98,7 +103,7 @@ def replay(
         FindingsFile(findings) as file,
         _factories(factories, terms.detectors, min(jobs, len(config.thruster))) as made_by,
     ):
-        session = _Session(file, progress, onlooker or Nobody(), terms.window)
+        session = _Session(file, progress, onlooker or Nobody(), terms)
         for reel in reels:
             session.judge(reel, Pipeline(_without_plots(config), made_by, phase=terms.phase))
     return session.result
@@ -108,9 +113,9 @@ class _Session:
     """Reel by reel."""
 
     def __init__(
-        self, file: FindingsFile, progress: Callable[[Progress], None], onlooker: Onlooker, window: Window
+        self, file: FindingsFile, progress: Callable[[Progress], None], onlooker: Onlooker, terms: Terms
     ) -> None:
-        self._file, self._progress, self._onlooker, self._window = file, progress, onlooker, window
+        self._file, self._progress, self._onlooker, self._terms = file, progress, onlooker, terms
         self._begin_s: float | None = None
         self.result = ReplayResult()
 
@@ -129,13 +134,13 @@ class _Session:
                 if after:
                     break
         self.result.end_reel(pipeline)
-        reel.account(self.result, found if self._window.whole else None)
+        reel.account(self.result, found if self._terms.whole else None)
         self._onlooker.end(pipeline)
 
     def _span(self, arrivals: Sequence[BlockArrival]) -> Span:
         if self._begin_s is None:
             self._begin_s = min(float(one.readings.times()[1].min()) for one in arrivals)
-        return self._window.of(self._begin_s)
+        return self._terms.window.of(self._begin_s)
 
     def _judged(self, reel: Reel, arrivals: Sequence[BlockArrival], pipeline: Pipeline) -> list[Finding]:
         self.result.tell_from(arrivals, pipeline.levels())
