@@ -10,6 +10,7 @@ from threadpoolctl import threadpool_limits
 
 from gateway import state
 from gateway.commissioning.dive import RecordedDive
+from gateway.commissioning.earlier import compared
 from gateway.commissioning.part import Part, Quantity, Setting
 from gateway.commissioning.settings_file import with_settings
 from gateway.commissioning.state_file import Taught, taught
@@ -86,7 +87,7 @@ def commission(
         OSError: the file cannot be read.
     """
     with threadpool_limits(limits=1, user_api="blas"):
-        thrusters = list(_thrusters(config, dives, wishes, tell))
+        thrusters = compared(list(_thrusters(config, dives, wishes, tell)), config.files.state)
         sound = [one for one in thrusters if one.sound]
         detecting = detector_settings(config.detector.thruster, sound)
         tell("looking for the thrusters' threshold")
