@@ -22,7 +22,7 @@ from gateway.recording.walk import HEAD
 # half the size of LZ4 for half a percent of a core, at two full buses
 COMPRESSION, LEVEL = "zstd", 1
 INDEX_HEAD = struct.Struct("<HI")  # of a message index: channel, and bytes of its entries
-_ENTRY_BYTES = 16  # log time and offset
+ENTRY_BYTES = 16  # log time and offset
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +95,7 @@ def write_indexes(builder: RecordBuilder, entries: Mapping[int, NDArray[np.int64
     offsets = {}
     for channel, rows in entries.items():
         offsets[channel] = start + builder.count
-        size = _ENTRY_BYTES * len(rows)
+        size = ENTRY_BYTES * len(rows)
         builder.write(HEAD.pack(Opcode.MESSAGE_INDEX, INDEX_HEAD.size + size))
         builder.write(INDEX_HEAD.pack(channel, size))
         builder.write(rows.astype("<u8").tobytes())

@@ -4,13 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from io import BytesIO
-from struct import error
 from typing import Any, TypeAlias, get_args
 
 import numpy as np
-from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Channel, Schema
 from numpy.typing import NDArray
@@ -27,6 +23,7 @@ from gateway.recording.layouts import GAP, NOW, PACKET, can_layout, layout_of
 from gateway.recording.message_block import HEAD, record_row
 from gateway.recording.placing import Single, in_order
 from gateway.recording.walk import HEAD as RECORD_HEAD
+from gateway.recording.walk import Record, RecordError
 
 _READINGS: dict[str, type[Reading]] = {kind.__name__: kind for kind in get_args(Reading)}
 _RUN_FIRST = 64  # rows that are looked at together, and more where all of them belong together
@@ -80,10 +77,13 @@ class ChunkReader:
         while len(content) - position >= RECORD_HEAD.size:
             opcode, length = RECORD_HEAD.unpack_from(content, position)
             end = position + RECORD_HEAD.size + length
+            if end > len(content):
+                self._lose("damaged chunk")
+                break
             if opcode == Opcode.MESSAGE and length >= HEAD.size - RECORD_HEAD.size:
                 end = self._message(content, position, end, frames, singles)
             elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
-                self._define(opcode, content[position + RECORD_HEAD.size : end])
+                self._define(Record(opcode, position, content[position + RECORD_HEAD.size : end]))
             position = end
         entries = in_order(frames.placed(), singles)
         self._damage.records += len(singles)
@@ -124,15 +124,15 @@ class ChunkReader:
         ahead = (sequence - self._place + _SEQUENCES // 2) % _SEQUENCES - _SEQUENCES // 2
         return self._place + ahead
 
-    def _define(self, opcode: int, content: bytes) -> None:
-        stream = ReadDataStream(BytesIO(content))
+    def _define(self, record: Record) -> None:
+        """Takes a schema or a channel."""
         try:
-            if opcode == Opcode.SCHEMA:
-                schema = Schema.read(stream)
+            if record.opcode == Opcode.SCHEMA:
+                schema = record.parsed(Schema.read)
                 self._schemas[schema.id] = schema
                 return
-            channel = Channel.read(stream)
-        except (McapError, UnicodeDecodeError, error):
+            channel = record.parsed(Channel.read)
+        except RecordError:
             self._lose("damaged channel")
             return
         if channel.id not in self._kinds:

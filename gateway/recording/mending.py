@@ -17,12 +17,12 @@ from mcap.writer import MCAP0_MAGIC
 from numpy.typing import NDArray
 
 from drivers.logs.damage import DamageReport
-from gateway.recording.chunk import INDEX_HEAD, write_indexes
+from gateway.recording.chunk import ENTRY_BYTES, INDEX_HEAD, write_indexes
 from gateway.recording.folder import idle, recordings
 from gateway.recording.message_block import HEAD as MESSAGE_HEAD
 from gateway.recording.record_bytes import bytes_of
 from gateway.recording.summary import Summary
-from gateway.recording.walk import ChunkError, Record, chunk_content, has_end, inner_records, records
+from gateway.recording.walk import Record, RecordError, chunk_content, has_end, inner_records, records
 
 log = logging.getLogger("gateway")
 
@@ -68,36 +68,45 @@ class _Survey:
     Attributes:
         summary: of it.
         end: where its last whole record ends.
-        newest: the last chunk's content.
+        newest: the last chunk's content; empty: that is damaged, and message indexes behind it are of nothing.
+        counted: messages of the last chunk by channel, as its indexes say.
     """
 
     summary: Summary = field(default_factory=Summary)
     end: int = len(MCAP0_MAGIC)
     newest: bytes = b""
+    counted: dict[int, int] = field(default_factory=dict)
 
     def take(self, record: Record) -> None:
+        """Notes a record.
+
+        Raises:
+            RecordError: it is damaged, and not noted.
+        """
         match record.opcode:
             case Opcode.METADATA:
-                name = Metadata.read(record.stream()).name
+                name = record.parsed(Metadata.read).name
                 self.summary.metadata.append(MetadataIndex(record.offset, record.end - record.offset, name))
             case Opcode.ATTACHMENT:
                 self.summary.attachments.append(_attachment_index(record))
             case Opcode.CHUNK:
                 self._take_chunk(record)
-            case Opcode.MESSAGE_INDEX if self.summary.chunks:
+            case Opcode.MESSAGE_INDEX if self.newest:
                 self._take_index(record)
         self.end = record.end
 
     def _take_chunk(self, record: Record) -> None:
+        self.summary.messages.update(self.counted)
+        self.newest, self.counted = b"", {}
         content = chunk_content(record)
         for opcode, _, inner in inner_records(content):
-            inside = Record(opcode, 0, inner).stream
+            inside = Record(opcode, 0, inner)
             match opcode:
                 case Opcode.SCHEMA:
-                    schema = Schema.read(inside())
+                    schema = inside.parsed(Schema.read)
                     self.summary.schemas[schema.id] = schema
                 case Opcode.CHANNEL:
-                    channel = Channel.read(inside())
+                    channel = inside.parsed(Channel.read)
                     self.summary.channels[channel.id] = channel
                 case Opcode.MESSAGE:
                     break  # the recorder writes them last
@@ -106,11 +115,13 @@ class _Survey:
 
     def _take_index(self, record: Record) -> None:
         """One of the last chunk's: how many messages of which channel it has."""
-        channel, size = INDEX_HEAD.unpack_from(record.content)
+        channel, size = INDEX_HEAD.unpack_from(record.content.ljust(INDEX_HEAD.size, b"\0"))
+        if channel not in self.summary.channels or size != len(record.content) - INDEX_HEAD.size:
+            raise RecordError("damaged index")
         index = self.summary.chunks[-1]
         index.message_index_offsets[channel] = record.offset
         index.message_index_length += record.end - record.offset
-        self.summary.messages[channel] += size // 16
+        self.counted[channel] = size // ENTRY_BYTES
 
 
 def _survey(path: Path) -> _Survey:
@@ -118,13 +129,20 @@ def _survey(path: Path) -> _Survey:
     for record in records(path, DamageReport()):
         try:
             survey.take(record)
-        except ChunkError:
+        except RecordError:
             continue  # readers of the end do not come to it
+    for channel in survey.summary.channels.values():
+        survey.summary.schemas.setdefault(channel.schema_id, _lost(channel.schema_id))
     return survey
 
 
+def _lost(schema: int) -> Schema:
+    """Stands where a schema was in a damaged chunk: readers of the end ask for one of every channel."""
+    return Schema(schema, b"", "", "lost")
+
+
 def _attachment_index(record: Record) -> AttachmentIndex:
-    one = Attachment.read(record.stream())
+    one = record.parsed(Attachment.read)
     length = record.end - record.offset
     return AttachmentIndex(
         record.offset, length, one.log_time, one.create_time, len(one.data), one.name, one.media_type
@@ -132,7 +150,7 @@ def _attachment_index(record: Record) -> AttachmentIndex:
 
 
 def _chunk_index(record: Record) -> ChunkIndex:
-    chunk = Chunk.read(record.stream())
+    chunk = record.parsed(Chunk.read)
     return ChunkIndex(
         chunk_length=record.end - record.offset,
         chunk_start_offset=record.offset,
@@ -157,13 +175,13 @@ def _write_end(file: BinaryIO, survey: _Survey) -> None:
 
 def _missing_indexes(survey: _Survey) -> bytes:
     """Message indexes of the last chunk, where they are not all there; the file then ends with that chunk."""
-    if not survey.summary.chunks:
+    if not survey.newest:
         return b""
     index, entries = survey.summary.chunks[-1], _entries(survey.newest)
-    if entries.keys() == index.message_index_offsets.keys():
+    counted = {one: len(rows) for one, rows in entries.items()}
+    survey.summary.messages.update(counted)
+    if counted == survey.counted:
         return b""
-    survey.summary.messages.subtract({one: len(entries[one]) for one in index.message_index_offsets})
-    survey.summary.messages.update({one: len(rows) for one, rows in entries.items()})
     survey.end = index.chunk_start_offset + index.chunk_length
     builder = RecordBuilder()
     index.message_index_offsets = write_indexes(builder, entries, survey.end)

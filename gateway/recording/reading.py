@@ -15,7 +15,7 @@ from drivers.logs.kinds import HEAD_BYTES, looks_like
 from gateway.recording.about import PROGRAM, AboutError, read_about_from
 from gateway.recording.chunk_reading import ChunkReader
 from gateway.recording.entries import About, Entry
-from gateway.recording.walk import ChunkError, Record, chunk_content, has_end, records
+from gateway.recording.walk import Record, RecordError, chunk_content, has_end, records
 
 _HEADER = struct.Struct("<BQI")  # opcode, length, and length of the profile
 
@@ -82,7 +82,7 @@ def _entries(path: Path, place: int, damage: DamageReport) -> Iterator[list[Entr
         if record.opcode == Opcode.CHUNK:
             try:
                 entries = reader.read(chunk_content(record), record.offset)
-            except ChunkError as error:
+            except RecordError as error:
                 damage.add(str(error), f"offset {record.offset}")
             else:
                 yield entries
@@ -110,16 +110,29 @@ def _about(path: Path) -> tuple[About, int]:
     Raises:
         AboutError: it is damaged.
     """
+    try:
+        values, files = _said(path)
+    except RecordError as error:
+        raise AboutError(f"what it says of itself is damaged ({error})") from error
+    return read_about_from(values, files, path)
+
+
+def _said(path: Path) -> tuple[dict[str, str], list[Attachment]]:
+    """Metadata and attachments.
+
+    Raises:
+        RecordError: one is damaged.
+    """
     values: dict[str, str] = {}
-    files = []
+    files: list[Attachment] = []
     for record in _first_records(path):
         match record.opcode:
             case Opcode.METADATA:
-                said = Metadata.read(record.stream())
+                said = record.parsed(Metadata.read)
                 values = said.metadata if said.name == PROGRAM else values
             case Opcode.ATTACHMENT:
-                files.append(Attachment.read(record.stream()))
-    return read_about_from(values, files, path)
+                files.append(record.parsed(Attachment.read))
+    return values, files
 
 
 def _first_records(path: Path) -> Iterator[Record]:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 from struct import Struct, error
-from typing import BinaryIO
+from typing import BinaryIO, TypeVar
+from zlib import crc32
 
 from mcap.data_stream import ReadDataStream
-from mcap.exceptions import EndOfFile, McapError
+from mcap.exceptions import McapError, UnsupportedCompressionError
 from mcap.opcode import Opcode
 from mcap.records import Chunk
 from mcap.stream_reader import get_chunk_data_stream
@@ -18,6 +19,9 @@ from mcap.writer import MCAP0_MAGIC
 
 from drivers.logs.damage import DamageReport
 
+RecordT = TypeVar("RecordT")
+
+_CRC = Struct("<I")
 HEAD = Struct("<BQ")  # opcode, and the length of what follows
 _OPCODES = frozenset(int(one) for one in Opcode)
 # of a chunk: first and last time, size and checksum of what is in it, and the name of its compression
@@ -26,9 +30,15 @@ _COMPRESSIONS = tuple(len(name).to_bytes(4, "little") + name for name in (b"lz4"
 _NAME_AT = HEAD.size + _CHUNK_HEAD.size - 4
 _WINDOW_BYTES = 1 << 20
 _END_BYTES = HEAD.size + 20 + len(MCAP0_MAGIC)  # of a footer, and what stands behind it
+# what a record raises when it is read whose bytes are damaged
+DAMAGED = (McapError, ValueError, OverflowError, MemoryError, error)
 
 
-class ChunkError(Exception):
+class RecordError(Exception):
+    """A record is damaged."""
+
+
+class ChunkError(RecordError):
     """A chunk is damaged. The text is the cause, as it is counted."""
 
 
@@ -45,9 +55,24 @@ class Record:
         """Offset of what comes behind it."""
         return self.offset + HEAD.size + len(self.content)
 
-    def stream(self) -> ReadDataStream:
-        """For `read` of the classes in `mcap.records`."""
-        return ReadDataStream(BytesIO(self.content))
+    def parsed(self, read: Callable[[ReadDataStream], RecordT]) -> RecordT:
+        """What is in it.
+
+        Args:
+            read: of a class in `mcap.records`.
+
+        Raises:
+            RecordError: it is damaged.
+        """
+        if (
+            self.opcode == Opcode.ATTACHMENT
+            and crc32(self.content[: -_CRC.size]) != _CRC.unpack(self.content[-4:])[0]
+        ):
+            raise RecordError("damaged attachment")
+        try:
+            return read(ReadDataStream(BytesIO(self.content)))
+        except (McapError, ValueError, OverflowError, error) as wrong:
+            raise RecordError("damaged record") from wrong
 
 
 def has_end(file: BinaryIO) -> bool:
@@ -90,13 +115,11 @@ def chunk_content(record: Record) -> bytes:
     Raises:
         ChunkError: they are damaged.
     """
+    chunk = record.parsed(Chunk.read)
     try:
-        chunk = Chunk.read(record.stream())
         stream, length = get_chunk_data_stream(chunk, validate_crc=True)
         content = stream.read(length)
-    except (ValueError, RuntimeError, EndOfFile, MemoryError, error) as wrong:
-        raise ChunkError("damaged chunk") from wrong
-    except McapError as wrong:
+    except UnsupportedCompressionError as wrong:
         raise ChunkError(f"chunk of {wrong}") from wrong
     except Exception as wrong:  # each compression has errors of its own
         raise ChunkError("damaged chunk") from wrong

@@ -104,6 +104,38 @@ def test_a_mended_file_opens_everywhere(whole: Path, damaged: Path):
             assert len(summary.chunk_indexes) == len(seconds_of(after))
 
 
+@pytest.mark.parametrize("chunk", range(CHUNKS - 1))
+def test_a_mended_file_opens_everywhere_also_where_a_chunk_is_damaged(whole: Path, damaged: Path, chunk: int):
+    """The first one has the schemas of all others."""
+    data = bytearray(whole.read_bytes()[: cuts(whole)[-1]] if chunk < 2 else whole.read_bytes()[:-100])
+    data[chunk_offsets(whole)[chunk] + 60] ^= 0xFF
+    damaged.write_bytes(data)
+    seconds = seconds_of(read(damaged)[0])
+    assert mend(damaged)
+    assert seconds_of(read(damaged)[0]) == seconds
+    with damaged.open("rb") as stream:
+        reader = make_reader(stream)
+        summary = reader.get_summary()
+        assert sum(1 for _ in reader.iter_messages()) == summary.statistics.message_count > 0
+        assert len(summary.chunk_indexes) == len(seconds)
+
+
+def test_damage_in_what_it_says_of_itself(whole: Path, damaged: Path):
+    """Wherever it is: nothing but ValueError with the file's name, and all that is recorded can be had and mended."""
+    data, first = whole.read_bytes()[:-100], chunk_offsets(whole)[0]
+    said = next(one for one in records(whole, DamageReport()) if one.opcode == Opcode.METADATA)
+    for offset in range(said.offset + 9, first, 41):
+        changed = bytearray(data)
+        changed[offset] ^= 0xFF
+        damaged.write_bytes(changed)
+        try:
+            read_about(damaged)
+        except ValueError as error:
+            assert str(damaged) in str(error)
+        assert seconds_of(read(damaged)[0]) == set(range(CHUNKS))
+        assert mend(damaged)
+
+
 def test_a_whole_file_is_not_mended(whole: Path):
     before = whole.read_bytes()
     assert not mend(whole)
