@@ -13,8 +13,8 @@ import numpy as np
 from drivers.reading_block import ReadingBlock
 from gateway.stretches.stretch import BlockArrival
 
-_SINCE = re.compile(r"(?:(?:(\d+):)?(\d{1,2}):)?(\d+(?:\.\d+)?)")
-_CLOCK = re.compile(r"(?:(\d{4}-\d\d-\d\d)[T ])?([01]\d|2[0-3]):([0-5]\d)(?::([0-5]\d(?:\.\d+)?))?Z")
+_SINCE = re.compile(r"(?:(?:(\d+):)?(\d+):)?(\d+(?:\.\d+)?)")
+_CLOCK = re.compile(r"(?:(\d{4}-\d\d-\d\d)[T ])?([01]\d|2[0-3]):([0-5]\d)(?::([0-5]\d(?:\.\d+)?))?Z", re.ASCII)
 WANTED = "want the time since the beginning, as 90, 5:00 or 1:02:03, or the clock's, as 14:05:00Z"
 
 
@@ -62,6 +62,13 @@ class Instant:
         return time_s if time_s >= begin_s else time_s + 86_400.0
 
 
+def _utc(time_s: float) -> str:
+    try:
+        return f"{datetime.fromtimestamp(time_s, UTC):%Y-%m-%dT%H:%M:%SZ}"
+    except (ValueError, OverflowError, OSError):  # by a clock that was never set
+        return f"second {time_s:g} of its clock"
+
+
 def _seconds(hours: str | None, minutes: str | None, seconds: str | None) -> float:
     return 3600.0 * float(hours or 0) + 60.0 * float(minutes or 0) + float(seconds or 0)
 
@@ -82,10 +89,12 @@ class Window:
         """Of a dive that begins then.
 
         Raises:
-            ValueError: the end is not after the beginning.
+            ValueError: the end is not after the beginning, of the part or of the dive.
         """
         from_s = -inf if self.begin is None else self.begin.after(begin_s)
         to_s = inf if self.end is None else self.end.after(begin_s)
+        if not begin_s < to_s:
+            raise ValueError(f"--to: want it to be after {_utc(begin_s)}, when the dive begins")
         if not from_s < to_s:
             raise ValueError(f"--from lies {from_s - to_s:.1f} s behind --to: want it to be before")
         return Span(from_s, to_s)
