@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import shutil
-import subprocess
 from collections import Counter
 from dataclasses import replace
 from html import unescape
@@ -21,11 +19,12 @@ from gateway.report.dive import Dive
 from gateway.report.figures import figures
 from gateway.report.found import as_one, headline, name_of, troubles, watched
 from gateway.report.page import LINES_MAX, page
+from gateway.report.tests.browser import BROWSER, NO_BROWSER, told_by_browser
 from gateway.report.tests.made_dive import BEGIN_S, DRIFT_S, LENGTH_S, TANGLED_S, dive, finding
 from gateway.report.tests.page_parts import LOADS, PageParts
 
 AGAIN = ["gateway", "replay", "my dive.toml", "can.log", "--out", "out"]
-BROWSER = shutil.which("chromium") or shutil.which("google-chrome") or shutil.which("chromium-browser")
+READY = 'document.querySelectorAll(".plot.ready").length'
 
 
 @pytest.fixture(scope="module")
@@ -212,17 +211,6 @@ def test_names_are_as_people_write_them(made: Dive) -> None:
     assert names == ["Thruster 3 (rear right) ESC", "DVL", "DVL signal", "Link can0", "Thruster 12"]
 
 
-def dom(text: str, folder: Path, window: str) -> str:
-    """What a browser makes of a page; it has nothing to complain of."""
-    (folder / "report.html").write_text(text, encoding="utf-8")
-    options = ["--headless=new", "--no-sandbox", "--disable-gpu", f"--user-data-dir={folder / 'profile'}"]
-    options += ["--enable-logging=stderr", f"--window-size={window}", "--virtual-time-budget=20000", "--dump-dom"]
-    command = [str(BROWSER), *options, (folder / "report.html").as_uri()]
-    seen = subprocess.run(command, capture_output=True, text=True, timeout=100, check=True)
-    assert "CONSOLE" not in seen.stderr  # no error, and nothing that the page's own policy refused
-    return seen.stdout
-
-
 # what a pilot does on a phone, and what comes of it, written where the test can read it
 TAPS = """<script>
 const plot = document.querySelector("#timeline .plot");
@@ -242,19 +230,15 @@ const waiting = setInterval(async () => {
 </script>"""
 
 
-@pytest.mark.skipif(BROWSER is None, reason="needs a browser: apt-get install chromium")
-def test_a_browser_draws_it(made: Dive, tmp_path: Path) -> None:
-    drawn = figures(made)
-    text = dom(page(made, drawn, AGAIN), tmp_path, "1280,9000")
-    assert text.count('class="plot js-plotly-plot ready"') == sum(one.main for one in drawn)
-
-
-@pytest.mark.skipif(BROWSER is None, reason="needs a browser: apt-get install chromium")
-def test_on_a_phone_a_finger_scrolls_until_zooming_is_asked_for_and_the_dark_has_its_own_colours(
+@pytest.mark.skipif(BROWSER is None, reason=NO_BROWSER)
+def test_a_phone_draws_it_scrolls_until_zooming_is_asked_for_and_has_other_colours_in_the_dark(
     made: Dive, tmp_path: Path
 ) -> None:
-    text = page(made, figures(made)[:1], AGAIN).replace("</body>", f"{TAPS}</body>")
-    (letters,) = re.findall(r'data-seen="([^"]*)"', dom(text, tmp_path, "500,2000"))
+    drawn = [one for one in figures(made) if one.main][:3]
+    text = page(made, drawn, AGAIN).replace("</body>", f"{TAPS}</body>")
+    seen = told_by_browser(text, tmp_path, (500, 2500), f"document.body.dataset.seen && {READY} >= 2")
+    assert seen.count('class="plot js-plotly-plot ready"') >= 2  # those in view, the time line among them
+    (letters,) = re.findall(r'data-seen="([^"]*)"', seen)
     first, zooming, dark = json.loads(unescape(letters))
     assert first[0] is False
     assert zooming == ["zoom", *first[1:]]

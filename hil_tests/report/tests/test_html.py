@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
-import subprocess
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -16,6 +14,7 @@ import pytest
 
 from gateway.plotting.figure import Band, Bar, Figure, Points
 from gateway.plotting.plotly_drawing import to_plotly
+from gateway.report.tests.browser import BROWSER, NO_BROWSER, told_by_browser
 from gateway.report.tests.page_parts import LOADS, PageParts
 from hil_tests.report.expectations import checks
 from hil_tests.report.figures import figures
@@ -26,7 +25,6 @@ from hil_tests.report.tests.plays import ENTANGLED, finding, play
 
 WRITTEN = datetime(2026, 11, 22, 15, 4, 5, tzinfo=UTC)
 WANTED = {"finding": {"subject": "thruster 3", "level": "FAULT"}, "within_s": 2.0}
-BROWSER = shutil.which("chromium") or shutil.which("google-chrome") or shutil.which("chromium-browser")
 
 
 def page(*outcomes: Outcome) -> PageParts:
@@ -223,15 +221,10 @@ def test_normal_speeds_are_a_band_where_the_scenario_tells_them() -> None:
     assert bands(replace(outcome, scenario=scenario)) == [(0.6, 1.0)]
 
 
-@pytest.mark.skipif(BROWSER is None, reason="needs a browser: apt-get install chromium")
+@pytest.mark.skipif(BROWSER is None, reason=NO_BROWSER)
 def test_a_browser_draws_it(tmp_path: Path) -> None:
-    report = tmp_path / "report.html"
-    write_report([dive(), dive(simulated=False)], report)
-    options = ["--headless=new", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'profile'}"]
-    options += ["--enable-logging=stderr", "--window-size=1280,8000", "--virtual-time-budget=20000", "--dump-dom"]
-    seen = subprocess.run(
-        [str(BROWSER), *options, f"{report.as_uri()}#s1"], capture_output=True, text=True, timeout=100, check=True
-    )
-    assert "CONSOLE" not in seen.stderr  # no error, and nothing that the page's own policy refused
-    main = [one for one in figures(dive(), ()) if one.main]
-    assert seen.stdout.count('class="plot js-plotly-plot ready"') == len(main)
+    main = sum(one.main for one in figures(dive(), ()))
+    ready = f'document.querySelectorAll(".plot.ready").length >= {main}'
+    text = report_html([dive(), dive(simulated=False)], WRITTEN)
+    seen = told_by_browser(text, tmp_path, (1280, 4000), ready, fragment="s1")
+    assert seen.count('class="plot js-plotly-plot ready"') == main
