@@ -122,6 +122,8 @@ class ValueLayout(Generic[ValueT]):
 def layout_of(kind: type[ValueT]) -> ValueLayout[ValueT]:
     """The layout of a dataclass of numbers, bools, texts, enumerations, and tuples of numbers.
 
+    The message is called like the class, or as its `MESSAGE` says.
+
     None is written as NaN: of the values that are written so, none is ever NaN itself.
 
     Args:
@@ -139,7 +141,7 @@ def _layout_of(kind: Any) -> ValueLayout[Any]:
     hints = get_type_hints(kind)
     attributes = [_attribute(one.name, hints[one.name]) for one in fields(kind)]
     ordered = tuple(sorted(attributes, key=lambda one: not one.column.fixed))
-    layout = Layout(f"{PACKAGE}/msg/{kind.__name__}", tuple(one.column for one in ordered))
+    layout = Layout(f"{PACKAGE}/msg/{getattr(kind, 'MESSAGE', kind.__name__)}", tuple(one.column for one in ordered))
     return ValueLayout(kind, layout, ordered)
 
 

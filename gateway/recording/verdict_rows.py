@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import nan
+from typing import ClassVar
 
 from detectors.navigation import NavigationVerdict
 from detectors.navigation.sample import Sensor
@@ -15,6 +16,7 @@ from gateway.channel import NavigationJudgement, SpeedJudgement, ThrusterJudgeme
 class ThrusterRow:
     """Of one thruster; attributes as in `ThrusterSample` and `ThrusterVerdict`."""
 
+    MESSAGE: ClassVar = "ThrusterVerdict"
     time_s: float
     command: float
     speed_rpm: float
@@ -64,6 +66,7 @@ class ThrusterRow:
 class SpeedRow:
     """Of the vehicle's speed; attributes as in `PoseSample` and `SpeedVerdict`."""
 
+    MESSAGE: ClassVar = "SpeedVerdict"
     time_s: float
     north_m: float
     east_m: float
@@ -113,6 +116,7 @@ class NavigationRow:
     Of a sensor that was not heard the level is UNKNOWN and the score 0; a statistic that is not computed is NaN.
     """
 
+    MESSAGE: ClassVar = "NavigationVerdict"
     time_s: float
     latitude_rad: float
     longitude_rad: float
