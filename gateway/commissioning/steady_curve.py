@@ -21,6 +21,7 @@ FloatArray: TypeAlias = NDArray[np.float64]
 POINTS = 25  # of each direction
 SURE = 0.05  # relative standard deviation up to which a stretch has a say at a command
 SLOW = 0.15  # of the top speed: slower parts do not count in comparisons
+SUPPLY_MOST = 1.2  # relative change of speed over that of the supply: an idling motor has 1
 COMMISSIONED = 0.02  # relative standard deviation up to which the curve is a reference for wear
 
 
@@ -79,14 +80,19 @@ def steady_curve(models: Sequence[ThrusterModel]) -> SteadyCurve | None:
         return None
     deviations = np.where(knowing, doubts * np.abs(speeds), np.inf)[:, known]
     mean, error = _weighted_mean(speeds[:, known], deviations)
-    exponent = float(np.median([model.supply_exponent for model in models]))
+    exponent = float(np.median([plausible_exponent(model) for model in models]))
     return SteadyCurve(command[known], mean, error, supply_v, exponent)
 
 
 def at_supply(model: ThrusterModel, command: FloatArray, supply_v: float) -> FloatArray:
     """(N,) steady speeds of a model at another supply voltage than its own, where both are known."""
     change = supply_v / model.supply_v - 1.0
-    return np.asarray(model.speed_rpm(command) * (1.0 + model.supply_exponent * np.nan_to_num(change)))
+    return np.asarray(model.speed_rpm(command) * (1.0 + plausible_exponent(model) * np.nan_to_num(change)))
+
+
+def plausible_exponent(model: ThrusterModel) -> float:
+    """How the speed of a model goes with the supply: a stretch of an even voltage may say anything."""
+    return float(np.clip(model.supply_exponent, 0.0, SUPPLY_MOST))
 
 
 def _supply_v(models: Sequence[ThrusterModel]) -> float:
