@@ -18,7 +18,9 @@ FloatArray: TypeAlias = NDArray[np.float64]
 WINDOW_S = 20.0
 CALMEST = 0.2  # quantile of the windows
 LONGEST_S = 2.0
-SHORTEST = 2  # samples that are averaged, at least: a single one may be a filter's
+SHORTEST, SHORTEST_S = 2, 0.05  # samples and time that are averaged, at least: what is less may be a filter's
+# White noise has one density: so many times the least, at most, over times of which the last is twice the first
+LEVEL = 1.6
 UNEVEN = 0.5  # an interval farther off the usual one than this share of it parts windows
 
 
@@ -41,6 +43,13 @@ class AllanCurve:
         """(3,) density of the white noise of each axis."""
         return np.asarray(self.density.min(axis=0))
 
+    @property
+    def level(self) -> bool:
+        """Whether the least of the noisiest axis is noise; else the vehicle never held still, and it is a bound."""
+        density = self.density[:, int(np.argmax(self.white))]
+        near_s = self.averaging_s[density <= LEVEL * density.min()]
+        return bool(near_s.max() >= 2.0 * near_s.min())
+
 
 def allan_curve(time_s: FloatArray, values: FloatArray) -> AllanCurve | None:
     """Of samples (N, 3) in the order of their times (N,); None: no window of even samples is long enough."""
@@ -51,10 +60,11 @@ def allan_curve(time_s: FloatArray, values: FloatArray) -> AllanCurve | None:
     uneven = np.abs(np.diff(time_s) - interval_s) > UNEVEN * interval_s
     uneven_before = np.append(0, np.cumsum(uneven))
     begins = [k for k in range(0, len(time_s) - count + 1, count) if uneven_before[k + count - 1] == uneven_before[k]]
+    shortest = max(SHORTEST, round(SHORTEST_S / interval_s))
     longest = min(round(LONGEST_S / interval_s), count // 3)
-    if not begins or longest < SHORTEST:
+    if not begins or longest < shortest:
         return None
-    sizes = np.unique(np.geomspace(SHORTEST, longest, 12).round().astype(int))
+    sizes = np.unique(np.geomspace(shortest, longest, 12).round().astype(int))
     densities = np.array([[_density(values[k : k + count], n, interval_s) for n in sizes] for k in begins])
     return AllanCurve(sizes * interval_s, np.quantile(densities, CALMEST, axis=0), len(begins))
 

@@ -28,7 +28,7 @@ class Learnt:
 
     def settings(self, config: NavigationConfig) -> NavigationConfig:
         """With what is known well enough, and all else as configured."""
-        found: dict[str, Any] = {**noises(self.noise), **dict(_mounted(self.mounting, config))}
+        found: dict[str, Any] = {**noises(self.noise, config), **dict(_mounted(self.mounting, config))}
         return replace(config, **found)
 
 
@@ -64,15 +64,19 @@ def threshold_of(seen: Sequence[Watched], false_alarms_per_hour: float, *, held_
     return Threshold(false_alarms_per_hour, share, law, blocks_over(seen, share), judged, held_out)
 
 
-def noises(noise: SensorNoise) -> dict[str, float]:
-    """Settings of the detector by their names, of two digits."""
+def noises(noise: SensorNoise, config: NavigationConfig) -> dict[str, float]:
+    """Settings of the detector by their names, of two digits; a bound counts where more than that is configured."""
     found = {
-        "accelerometer_noise_mps2": noise.accelerometer_mps2,
-        "gyroscope_noise_radps": noise.gyroscope_radps,
-        "dvl_noise_mps": noise.dvl_mps,
-        "depth_noise_m": noise.depth_m,
+        "accelerometer_noise_mps2": (noise.accelerometer_mps2, noise.accelerometer_bound),
+        "gyroscope_noise_radps": (noise.gyroscope_radps, noise.gyroscope_bound),
+        "dvl_noise_mps": (noise.dvl_mps, False),
+        "depth_noise_m": (noise.depth_m, False),
     }
-    return {name: float(f"{value:.2g}") for name, value in found.items() if value is not None and value > 0.0}
+    return {
+        name: float(f"{value:.2g}")
+        for name, (value, bound) in found.items()
+        if value is not None and value > 0.0 and not (bound and value > getattr(config, name))
+    }
 
 
 def _mounted(mounting: Mounting | None, config: NavigationConfig) -> Iterator[tuple[str, Any]]:

@@ -19,7 +19,7 @@ DRIFT_TOLD_S = 0.1
 
 def settings_of(learnt: Learnt, config: NavigationConfig, threshold: Threshold) -> Iterator[Setting]:
     taught, mounting = learnt.settings(config), learnt.mounting
-    for name in noises(learnt.noise):
+    for name in noises(learnt.noise, config):
         yield Setting(f"{TABLE}.{name}", getattr(taught, name), _NOISE_COMMENTS[name])
     if mounting is not None:
         arm: list[Value] = [*taught.dvl_lever_arm_m]
@@ -53,9 +53,15 @@ def _doubts(known: Sequence[Known], unit: float, name: str) -> str:
 
 def quantities_of(learnt: Learnt) -> Iterator[Quantity]:
     noise, mounting = learnt.noise, learnt.mounting
+    calm, restless = "Allan deviation, calmest windows", "at most: the vehicle never held still"
     rows = (
-        ("accelerometer noise", noise.accelerometer_mps2, "m/s2 per root Hz", "Allan deviation, calmest windows"),
-        ("gyroscope noise", noise.gyroscope_radps, "rad/s per root Hz", "Allan deviation, calmest windows"),
+        (
+            "accelerometer noise",
+            noise.accelerometer_mps2,
+            "m/s2/rtHz",
+            restless if noise.accelerometer_bound else calm,
+        ),
+        ("gyroscope noise", noise.gyroscope_radps, "rad/s/rtHz", restless if noise.gyroscope_bound else calm),
         ("DVL noise", noise.dvl_mps, "m/s", f"{noise.pairs} pairs of samples on straight legs"),
         ("depth noise", noise.depth_m, "m", "of what the filter expects"),
     )

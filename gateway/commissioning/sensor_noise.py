@@ -32,7 +32,8 @@ class SensorNoise:
         accelerometer_mps2, gyroscope_radps: per root Hz, of the noisiest axis.
         dvl_mps: of a component, on straight legs. pairs: of samples that this is from.
         depth_m: by which depths are off what the filter expects, motion included.
-        accelerometer, gyroscope: their Allan curves.
+        accelerometer, gyroscope: Allan curves of a dive.
+        accelerometer_bound, gyroscope_bound: the vehicle never held still enough: the noise is less than that.
     """
 
     accelerometer_mps2: float | None
@@ -42,24 +43,33 @@ class SensorNoise:
     pairs: int = 0
     accelerometer: AllanCurve | None = None
     gyroscope: AllanCurve | None = None
+    accelerometer_bound: bool = False
+    gyroscope_bound: bool = False
 
 
 def sensor_noise(courses: Sequence[NavigationCourse]) -> SensorNoise:
     """Of all dives: medians over them."""
-    accelerometers = [allan_curve(course.imu[:, 0], course.imu[:, 1:4]) for course in courses]
-    gyroscopes = [allan_curve(course.imu[:, 0], course.imu[:, 4:]) for course in courses]
+    accelerometers = _curves(courses, slice(1, 4))
+    gyroscopes = _curves(courses, slice(4, 7))
     changes = [_changes(course) for course in courses]
     pairs = np.concatenate([*changes, np.empty((0, 3))])
     depths = np.concatenate([*(course.depth.values[_settled(course.depth), 0] for course in courses), np.empty(0)])
     return SensorNoise(
-        accelerometer_mps2=_median([one for one in accelerometers if one is not None]),
-        gyroscope_radps=_median([one for one in gyroscopes if one is not None]),
+        accelerometer_mps2=_median(accelerometers),
+        gyroscope_radps=_median(gyroscopes),
         dvl_mps=float(_scatter(pairs).max()) if len(pairs) >= PAIRS_MIN else None,
         depth_m=float(np.quantile(np.abs(depths), QUANTILE)) / DEVIATIONS if len(depths) >= PAIRS_MIN else None,
         pairs=len(pairs),
-        accelerometer=next((one for one in accelerometers if one is not None), None),
-        gyroscope=next((one for one in gyroscopes if one is not None), None),
+        accelerometer=next(iter(accelerometers), None),
+        gyroscope=next(iter(gyroscopes), None),
+        accelerometer_bound=not any(one.level for one in accelerometers),
+        gyroscope_bound=not any(one.level for one in gyroscopes),
     )
+
+
+def _curves(courses: Sequence[NavigationCourse], columns: slice) -> list[AllanCurve]:
+    found = (allan_curve(course.imu[:, 0], course.imu[:, columns]) for course in courses)
+    return [one for one in found if one is not None]
 
 
 def _median(curves: Sequence[AllanCurve]) -> float | None:
