@@ -98,15 +98,18 @@ def replayed(request: Request, console: Console) -> Account:
     from gateway.report.writing import Report
 
     config, terms = load(request.config), _terms(request)
+    other = None if request.against is None else load(request.against)
     _check(config, request)
-    request.out.mkdir(parents=True, exist_ok=True)
+    _clear(request.out)
     report = Report(config) if request.report else None
     with ReplayBar(console, request.least, NOTES) as bar:
         result = _judged(config, request, terms, request.out / FINDINGS, bar, report)
         drawn = _drawn(report, request, result, bar)
         unusable = _unusable(result, terms)
         compared = (
-            [] if unusable else [*_phases(config, request, terms, result, bar), *_diff(request, terms, result, bar)]
+            []
+            if unusable
+            else [*_phases(config, request, terms, result, bar), *_diff(other, request, terms, result, bar)]
         )
     lines = [*result.lines(), *drawn]
     (request.out / SUMMARY).write_text("\n".join([*lines, "", *bar.told]) + "\n", encoding="utf-8")
@@ -122,11 +125,20 @@ def _terms(request: Request) -> Terms:
 
 
 def _check(config: Config, request: Request) -> None:
-    """Whether there is something to watch for each detector that is asked for."""
+    """Whether there is something to watch for each detector asked for, and the findings of a run are left alone."""
+    if config.files.findings.resolve() == (request.out / FINDINGS).resolve():
+        raise ValueError(f"--out {request.out}: {FINDINGS} there is the gateway's own; name another folder")
     tables = {"thruster": config.thruster, "speed": config.speed, "navigation": config.navigation}
     for name in request.detectors:
         if not tables[name]:
             raise ValueError(f"--detector {name}: {request.config} has no [{name}] table, so there is none")
+
+
+def _clear(out: Path) -> None:
+    """Makes the folder; what an earlier replay left in it must not be taken for this one's."""
+    out.mkdir(parents=True, exist_ok=True)
+    for name in (SUMMARY, DIFF, PHASES, PAGE):
+        (out / name).unlink(missing_ok=True)
 
 
 def _judged(
@@ -147,9 +159,8 @@ def _judged(
 
 
 def _drawn(report: Report | None, request: Request, result: ReplayResult, bar: ReplayBar) -> list[str]:
-    """Writes the report; that of an earlier replay must not be taken for it."""
+    """Writes the report."""
     path = request.out / PAGE
-    path.unlink(missing_ok=True)
     if report is None or result.told_from_s is None:
         return []
     report.write(result, request.out, request.words, pictures=request.plots, progress=bar.drawing)
@@ -184,15 +195,15 @@ def _phases(config: Config, request: Request, terms: Terms, result: ReplayResult
     return _written(request.out / PHASES, [all_agree, *some])
 
 
-def _diff(request: Request, terms: Terms, result: ReplayResult, bar: ReplayBar) -> list[str]:
+def _diff(other: Config | None, request: Request, terms: Terms, result: ReplayResult, bar: ReplayBar) -> list[str]:
     """What another configuration would find."""
     from gateway.replay.comparison import compared
 
-    if request.against is None:
+    if request.against is None or other is None:
         return []
     bar.begin(f"with {request.against.name}", quiet=True)
     path = _other(request, FINDINGS)
-    _judged(load(request.against), request, terms, path, bar)
+    _judged(other, request, terms, path, bar)
     pairs = [
         one
         for one in compared(_findings(request.out / FINDINGS), _findings(path))

@@ -13,7 +13,7 @@ import numpy as np
 from drivers.reading_block import ReadingBlock
 from gateway.stretches.stretch import BlockArrival
 
-_SINCE = re.compile(r"(?:(?:(\d+):)?(\d+):)?(\d+(?:\.\d+)?)")
+_SINCE = re.compile(r"(?:(?:(\d{1,9}):)?(\d{1,9}):)?(\d{1,9}(?:\.\d{1,9})?)", re.ASCII)
 _CLOCK = re.compile(r"(?:(\d{4}-\d\d-\d\d)[T ])?([01]\d|2[0-3]):([0-5]\d)(?::([0-5]\d(?:\.\d+)?))?Z", re.ASCII)
 WANTED = "want the time since the beginning, as 90, 5:00 or 1:02:03, or the clock's, as 14:05:00Z"
 

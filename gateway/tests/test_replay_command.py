@@ -117,6 +117,10 @@ def test_damage_is_told_with_its_line(replay, folder, tmp_path):
         (["bus.toml", "can1=calm.log"], "want one of the links can0, not 'can1'"),
         (["both.toml", "dive.tlog"], "nothing could be judged"),
         (["bus.toml", "calm.log", "calm.log"], "begins before the log before it ends"),
+        (["bus.toml", "calm.log", "--to", "0"], "--to: want it to be after 2023-11-14T22:13:20Z"),
+        (["bus.toml", "calm.log", "--to", "1970-01-01T00:00Z"], "when the dive begins"),
+        (["bus.toml", "calm.log", "--from", "9" * 400], "want the time since the beginning"),
+        (["bus.toml", "calm.log", "--against", "nowhere.toml"], "nowhere.toml"),
         (["bus.toml", "calm.log", "--offset", "5"], "want LOG=SECONDS, of calm.log"),
         (["bus.toml", "calm.log", "--offset", "calm.log=soon"], "'soon' is no number of seconds"),
         (["bus.toml", "calm.log", "--offset", "calm.log=nan"], "'nan' is no number of seconds"),
@@ -145,6 +149,28 @@ def test_a_folder_that_cannot_be_written_is_told(replay, out):
     assert result.exit_code == 2
     assert isinstance(result.exception, SystemExit)
     assert out.split("/")[0] in result.stderr
+
+
+def test_nothing_is_judged_before_what_is_asked_for_is_found_wrong(replay, tmp_path):
+    replay("bus.toml", "calm.log", "--against", "nowhere.toml")
+    assert not (tmp_path / "out" / "findings.jsonl").exists()
+
+
+def test_findings_of_the_gateway_itself_are_left_alone(replay, folder):
+    live = folder / "findings.jsonl"
+    live.write_text("of a run\n")
+    result = replay("bus.toml", "calm.log", out=".")
+    assert result.exit_code == 2
+    assert "name another folder" in result.stderr
+    assert live.read_text() == "of a run\n"
+
+
+def test_nothing_of_an_earlier_replay_is_left_to_be_taken_for_this_one(replay, tmp_path):
+    replay("bus.toml", "calm.log", "--against", "both.toml", "--phases", "2")
+    before = {path.name for path in (tmp_path / "out").iterdir()}
+    assert before >= {"report.html", "summary.txt", "diff.txt", "phases.txt"}
+    assert replay("bus.toml", "picture.log").exit_code == 2
+    assert not {path.name for path in (tmp_path / "out").iterdir()} & {"report.html", "summary.txt", "diff.txt"}
 
 
 def test_interrupted_it_does_not_end_as_if_faults_were_found(replay, monkeypatch):
