@@ -20,6 +20,8 @@ ABOUT = (LinkState, BusLoad, FrameLoss, Lateness)
 VALUES = ("readings_per_s", "load", "lost")
 # of one that flickers no more is drawn
 DOWNS_MAX = 10_000
+# what takes no longer to come up for the first time was never down
+COMING_UP_S = 2.0
 
 SecondArray = NDArray[np.int64]
 Between = tuple[float, float]
@@ -37,7 +39,7 @@ class LinkCollecting:
         self.name = name
         self._silent_s = silent_s
         self._counted: list[tuple[SecondArray, NDArray[np.intp]]] = []
-        self._newest_s = -inf
+        self._first_s, self._newest_s = inf, -inf
         self._silences: list[Between] = []
         self._downs: list[Between] = []
         self._down_since_s: float | None = None
@@ -59,7 +61,7 @@ class LinkCollecting:
         """Something that was said of the link."""
         match reading:
             case LinkState(up=False):
-                self._down_since_s = self._down_since_s or reading.time_s
+                self._down_since_s = reading.time_s if self._down_since_s is None else self._down_since_s
             case LinkState() if self._down_since_s is not None:
                 self._downs.append((self._down_since_s, reading.time_s))
                 self._down_since_s = None
@@ -89,18 +91,20 @@ class LinkCollecting:
         if not (len(seconds) or self._downs or self._down_since_s or self._loads or self._lost):
             return None
         going_on = [] if self._down_since_s is None else [(self._down_since_s, end_s)]
+        downs = [one for one in self._downs if one[0] > self._first_s or one[1] - one[0] >= COMING_UP_S]
         paused = [*others]
         silences = [one for one in self._silences if not _is_pause(one, paused)]
         course = LinkCourse(
             name=self.name,
             **self._thinned(seconds, counts),
-            down=_joined([*self._downs, *going_on, *silences]),
+            down=_joined([*downs, *going_on, *silences]),
         )
         return replace(course, time_s=course.time_s - begin_s, down=course.down - begin_s)
 
     def _hear(self, time_s: FloatArray) -> None:
         seconds, counts = np.unique(np.floor(time_s).astype(np.int64), return_counts=True)
         self._counted.append((seconds, counts))
+        self._first_s = min(self._first_s, float(time_s[0]))
         heard_s = np.append(self._newest_s, time_s) if np.isfinite(self._newest_s) else time_s
         for place in np.flatnonzero(np.diff(heard_s) > self._silent_s).tolist():
             if len(self._silences) < DOWNS_MAX:

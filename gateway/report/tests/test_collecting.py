@@ -225,6 +225,19 @@ def test_a_link_second_by_second(config: Config) -> None:
     np.testing.assert_allclose(link.down, [[20.0, 30.0], [41.0, 43.5]], atol=0.05)
 
 
+@pytest.mark.parametrize(("up_s", "down"), [(0.5, []), (3.0, [[0.0, 3.0]])])
+def test_a_link_that_comes_up_for_the_first_time_was_not_lost(
+    config: Config, up_s: float, down: list[list[float]]
+) -> None:
+    block = thruster_block(up_s, 10.0)
+    told = [
+        LinkState(START_S, "can0", up=False, detail="no frames yet"),
+        LinkState(START_S + up_s, "can0", up=True, detail=""),
+    ]
+    (link,) = links_of(config, [[BlockArrival("can0", replace(block, others=((0, told[0]), (1, told[1]))))]])
+    assert link.down.tolist() == down
+
+
 def test_a_pause_of_the_recording_is_no_lost_link(config: Config) -> None:
     several = stretches(60.0)
     assert [one.down.tolist() for one in links_of(config, [*several[:2], *several[4:]])] == [[], []]
