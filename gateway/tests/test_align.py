@@ -33,6 +33,13 @@ def test_sample_stands_on_the_grid_and_speed_is_linear_between_the_reports_aroun
     assert [s.command for s in samples] == [0.5, 0.5]
 
 
+def test_another_phase_is_the_same_grid_later():
+    aligner = ThrusterAligner(sample_rate_hz=10, phase=0.25)
+    samples = play(aligner, [("command", 0.8, 0.5), ("report", 0.95, 100.0), ("report", 1.15, 300.0)])
+    assert [s.time_s for s in samples] == pytest.approx([1.025, 1.125])
+    assert [s.speed_rpm for s in samples] == pytest.approx([175.0, 275.0])
+
+
 def test_change_of_command_inside_a_period_counts_in_proportion():
     aligner = ThrusterAligner(sample_rate_hz=10)
     events = [("command", 0.85, 0.0), ("command", 0.925, 1.0), ("report", 0.95, 1.0), ("report", 1.01, 1.0)]
@@ -114,7 +121,7 @@ def test_nearest_rate(reports_hz, rate_hz):
     assert nearest_rate_hz(reports_hz) == rate_hz
 
 
-@pytest.mark.parametrize("wrong", [{"sample_rate_hz": 0}, {"gap_s": -1.0}, {"stale_s": math.nan}])
+@pytest.mark.parametrize("wrong", [{"sample_rate_hz": 0}, {"gap_s": -1.0}, {"stale_s": math.nan}, {"phase": 1.0}])
 def test_wrong_argument_is_named(wrong):
     with pytest.raises(ValueError, match=next(iter(wrong))):
         ThrusterAligner(**wrong)

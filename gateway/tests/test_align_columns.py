@@ -82,11 +82,11 @@ def strictly_rising(happened):
     return all(earlier < later for earlier, later in pairwise(times_s))
 
 
-@given(events(), events())
-def test_columns_are_the_readings_one_by_one(first, second):
+@given(events(), events(), st.sampled_from([0.0, 0.25, 0.99]))
+def test_columns_are_the_readings_one_by_one(first, second, phase):
     shift_s = first[-1][1] - EPOCH_S + 0.02 if first else 0.0
     second = [(kind, time_s + shift_s, *values) for kind, time_s, *values in second]
-    slow, fast = ThrusterAligner(RATE_HZ), ThrusterAligner(RATE_HZ)
+    slow, fast = ThrusterAligner(RATE_HZ, phase=phase), ThrusterAligner(RATE_HZ, phase=phase)
     for part in (first, second):
         before = pickle.dumps(fast)
         got = at_once(fast, part)
