@@ -38,6 +38,7 @@ _LOG_LEVELS = {
     Severity.DEBUG: 10,
 }
 _INFO = 20
+_LATEST_S = 2**31 - 1  # of its stamp, the year 2038
 # sequence, time in seconds, values in the order of the layout
 _Message: TypeAlias = tuple[int, float, Sequence[Any]]
 _Numbered: TypeAlias = tuple[str, type[Reading], int | None]
@@ -141,7 +142,7 @@ class _Sheaf:
 
     def _add_log(self, time_s: float, severity: Severity, name: str, text: str, place: int) -> None:
         sec, nanosec = divmod(nanosecond(time_s), NS)
-        line = (sec, nanosec, _LOG_LEVELS.get(severity, _INFO), name, text, "", "", 0)
+        line = (min(sec, _LATEST_S), nanosec, _LOG_LEVELS.get(severity, _INFO), name, text, "", "", 0)
         self._add_message(topics.LOG, LOG, (place, time_s, line))
 
     def _add_message(self, topic: str, layout: Layout, message: _Message) -> None:

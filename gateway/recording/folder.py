@@ -7,7 +7,7 @@ import fcntl
 import re
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -53,18 +53,19 @@ def recordings(folder: Path) -> list[RecordingFile]:
     found = []
     for path in folder.iterdir():
         match = _NAME.fullmatch(path.name)
-        if match and path.is_file():
-            found.append(RecordingFile(match[1], int(match[2]), path, path.stat().st_size))
+        with suppress(FileNotFoundError):  # deleted just now
+            if match and path.is_file():
+                found.append(RecordingFile(match[1], int(match[2]), path, path.stat().st_size))
     return sorted(found, key=lambda one: (one.began, one.part, one.path.name))
 
 
 def make_room(folder: Path, budget: float) -> list[Path]:
     """Deletes the oldest recordings until all of them together have `budget` bytes at most; returns which.
 
-    One that is being written stays.
+    One that is being written stays, and so does one that cannot be deleted, or may not be written.
 
     Raises:
-        OSError: the folder cannot be read, or a file not be deleted.
+        OSError: the folder cannot be read.
     """
     found = recordings(folder)
     excess = sum(one.size for one in found) - budget
@@ -72,7 +73,7 @@ def make_room(folder: Path, budget: float) -> list[Path]:
     for one in found:
         if excess <= 0.0:
             break
-        with idle(one.path) as file:
+        with suppress(OSError), idle(one.path) as file:
             if file is not None:
                 one.path.unlink()
                 deleted.append(one.path)
@@ -100,9 +101,18 @@ def idle(path: Path) -> Iterator[BinaryIO | None]:
         OSError: it cannot be opened.
     """
     with path.open("r+b") as file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            yield None
-        else:
-            yield file
+        yield file if lock(file) else None
+
+
+def lock(file: BinaryIO) -> bool:
+    """Keeps all others from `idle`, until it is closed; False where someone else does so already.
+
+    Some file systems know no locks: there, all think that nobody else is there.
+    """
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:
+        return True
+    return True

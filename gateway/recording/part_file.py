@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
 from collections.abc import Sequence
 from contextlib import suppress
@@ -17,6 +16,7 @@ from gateway.recording.channel_table import ChannelTable
 from gateway.recording.chunk import chunk_of
 from gateway.recording.encoding import encode
 from gateway.recording.entries import About
+from gateway.recording.folder import lock
 from gateway.recording.items import Item
 from gateway.recording.record_bytes import bytes_of
 from gateway.recording.summary import Summary
@@ -48,7 +48,7 @@ class PartFile:
         self._summary = Summary(self._table.schemas, self._table.channels)
         self._file = path.open("xb", buffering=0)
         try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # nobody deletes or mends it meanwhile
+            lock(self._file)  # nobody deletes or mends it meanwhile
             self.inode = os.fstat(self._file.fileno()).st_ino
             self._begin(about, place)
             _keep_name(path)
@@ -129,9 +129,10 @@ class PartFile:
 
 
 def _keep_name(path: Path) -> None:
-    """Has the name of a new file on the disk, too."""
+    """Has the name of a new file on the disk, too, where the file system does that for folders."""
     folder = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY)
     try:
-        os.fsync(folder)
+        with suppress(OSError):
+            os.fsync(folder)
     finally:
         os.close(folder)

@@ -1,86 +1,23 @@
-"""The recorder beside a run: files that follow each other, disks that fail, and nothing of it reaches the run."""
+"""The recorder beside a run: files that follow each other, and what a kill or a torn file leaves of them."""
 
-import errno
 import logging
-import resource
-import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from gateway.config_sections import Recording
-from gateway.recording import recorder as recorder_module
-from gateway.recording.entries import Entry, Frames, Tick
+from gateway.recording.entries import Frames, Tick
 from gateway.recording.folder import file_name, idle, make_room, recordings
 from gateway.recording.reading import read_about
 from gateway.recording.recorder import Recorder
 from gateway.recording.scribe import Scribe
 from gateway.recording.tests.dive import START_S, about, dive, frames, read, same
+from gateway.recording.tests.running import all_of, recording, settings, until
 from gateway.recording.waiting import Waiting
-
-WITHIN_S = 10.0
-
-
-def settings(folder: Path, **keys: float) -> Recording:
-    return Recording(**({"folder": folder, "keep_free_mb": 0.0} | keys))
-
-
-def until(happened: Callable[[], bool]) -> None:
-    end_s = time.monotonic() + WITHIN_S
-    while not happened():
-        assert time.monotonic() < end_s
-        time.sleep(0.02)
-
-
-@contextmanager
-def recording(folder: Path, **keys: float) -> Iterator[Recorder]:
-    """A recorder that runs."""
-    recorder = Recorder(settings(folder, **keys), about(), lambda: START_S)
-    recorder.begin()
-    try:
-        yield recorder
-    finally:
-        assert recorder.close(WITHIN_S)
-
-
-@pytest.fixture
-def soon(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is tried again in seconds is tried again at once."""
-    monkeypatch.setattr(recorder_module, "AGAIN_S", 0.05)
-    monkeypatch.setattr(recorder_module, "CHUNK_S", 0.05)
-
-
-@contextmanager
-def small_disk(folder: Path, options: str) -> Iterator[Path]:
-    """A disk of its own, where this machine lets us have one."""
-    folder.mkdir()
-    made = subprocess.run(
-        ["mount", "-t", "tmpfs", "-o", options, "tmpfs", str(folder)], capture_output=True, check=False
-    )
-    if made.returncode != 0:
-        pytest.skip(f"no disk of our own: {made.stderr.decode().strip()}")
-    try:
-        yield folder
-    finally:
-        subprocess.run(["umount", "-l", str(folder)], check=True)
-
-
-def fill(path: Path) -> None:
-    """Until its disk is full."""
-    with suppress(OSError), path.open("wb", buffering=0) as file:
-        while file.write(bytes(4096)):
-            pass
-
-
-def all_of(folder: Path) -> list[Entry]:
-    return [entry for one in recordings(folder) for entry in read(one.path)[0]]
 
 
 def test_a_run_is_recorded(tmp_path: Path):
@@ -174,107 +111,6 @@ def test_the_budget_spares_what_is_being_written(tmp_path: Path):
 )
 def test_names_of_files(vehicle: str, slug: str):
     assert file_name(vehicle, START_S, 7) == f"{slug}_20261122_183923_007.mcap"
-
-
-def test_a_full_disk_pauses_and_goes_on(tmp_path: Path, soon: None, caplog: pytest.LogCaptureFixture):
-    caplog.set_level(logging.INFO)
-    with small_disk(tmp_path / "disk", "size=1m") as disk:
-        ballast = disk / "ballast"
-        ballast.write_bytes(bytes(700_000))
-        with recording(disk) as recorder:
-            for _ in range(6):
-                recorder.heard(np.random.default_rng(1).bytes(100_000), START_S)
-                time.sleep(0.06)
-            until(lambda: "paused" in recorder.state_words())
-            time.sleep(0.2)
-            ballast.unlink()
-            until(lambda: "paused" not in recorder.state_words())
-            recorder.now(START_S + 1.0)
-        entries = all_of(disk)
-        assert [one.place for one in entries] == list(range(1, 8))
-    assert not recorder.lost
-    (paused,) = [one.getMessage() for one in caplog.records if "pauses" in one.getMessage()]
-    assert "No space left on device; delete or move away" in paused
-    assert any("goes on" in one.getMessage() for one in caplog.records)
-
-
-def test_a_disk_that_stays_full(tmp_path: Path, soon: None):
-    """What finds no room in memory is lost, and told in the recording when there is one again."""
-    with small_disk(tmp_path / "disk", "size=1m") as disk:
-        fill(disk / "ballast")
-        recorder = Recorder(settings(disk), about(), lambda: START_S, most_bytes=50_000)
-        recorder.begin()
-        for number in range(40):
-            recorder.heard(np.random.default_rng(number).bytes(3000), START_S + number)
-        until(lambda: "paused" in recorder.state_words())
-        kept = 40 - recorder.lost["MAVLink packets"]
-        assert 0 < kept < 40
-        (disk / "ballast").unlink()
-        until(lambda: "paused" not in recorder.state_words())
-        recorder.now(START_S)
-        assert recorder.close(WITHIN_S)
-        (file,) = recordings(disk)
-        entries, damage = read(file.path)
-        assert len(entries) == kept + 1
-        assert damage.lost == {"not recorded, no room: MAVLink packets": 40 - kept}
-
-
-def test_a_read_only_folder(tmp_path: Path, soon: None, caplog: pytest.LogCaptureFixture):
-    with small_disk(tmp_path / "disk", "size=1m,ro") as disk:
-        with recording(disk) as recorder:
-            recorder.now(START_S)
-            until(lambda: "paused" in recorder.state_words())
-        assert recorder.lost == {"ticks": 1}
-    assert "Read-only file system" in caplog.text
-    assert "set recording.folder" in caplog.text
-
-
-def test_a_folder_that_is_a_file(tmp_path: Path, soon: None, caplog: pytest.LogCaptureFixture):
-    (tmp_path / "recordings").write_text("no folder")
-    with recording(tmp_path / "recordings") as recorder:
-        dive(recorder)
-        until(lambda: "paused" in recorder.state_words())
-    assert "recording pauses" in caplog.text
-    assert recorder.lost["frames"] == 91
-
-
-def test_a_folder_that_vanishes(tmp_path: Path, soon: None):
-    folder = tmp_path / "recordings"
-    with recording(folder) as recorder:
-        recorder.now(START_S)
-        until(lambda: folder.exists() and bool(recordings(folder)))
-        until(lambda: recorder.waiting_bytes == 0)
-        shutil.rmtree(folder)
-        recorder.now(START_S + 1.0)
-        until(lambda: folder.exists() and recorder.waiting_bytes == 0)
-    assert [one.place for one in all_of(folder)] == [2]
-
-
-def test_too_little_of_the_disk_is_free(tmp_path: Path, soon: None, caplog: pytest.LogCaptureFixture):
-    with recording(tmp_path, keep_free_mb=1e9) as recorder:
-        recorder.now(START_S)
-        until(lambda: "paused" in recorder.state_words())
-    assert "are to be left free; delete" in caplog.text
-    assert not recordings(tmp_path)
-
-
-def test_a_limit_of_the_file_size(tmp_path: Path):
-    """A chunk that does not fit leaves nothing of itself behind."""
-    scribe = Scribe(settings(tmp_path), about(), lambda: START_S)
-    journal = Waiting(lambda: START_S)
-    journal.now(START_S)
-    scribe.write(journal.take(1 << 20).items)
-    size = scribe.path.stat().st_size
-    journal.heard(np.random.default_rng(1).bytes(100_000), START_S)
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size + 5000, before[1]))
-    try:
-        with pytest.raises(OSError, match="File too large") as caught:
-            scribe.write(journal.take(1 << 20).items)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
-    assert caught.value.errno == errno.EFBIG
-    assert scribe.path.stat().st_size == size
 
 
 def test_files_without_an_end_are_mended_by_the_next_run(tmp_path: Path, caplog: pytest.LogCaptureFixture):
