@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import sqrt
+from math import hypot, sqrt
 from typing import TypeAlias
 
 import numpy as np
@@ -19,6 +19,10 @@ FloatArray: TypeAlias = NDArray[np.float64]
 # Standard deviations above which a component counts as not known: m, rad, relative, s; hardly less than the first
 # guess is the word for what no motion has shown.
 ARM_KNOWN_M, ANGLE_KNOWN_RAD, SCALE_KNOWN, DELAY_KNOWN_S = 0.3, 0.012, 0.006, 0.3
+
+# A line is laid through the delay over this time at least; where a dive taught it late, it may have been another at
+# its beginning, by so much per square root of a second
+LINE_S, WALK = 60.0, 0.015
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,8 +50,8 @@ class Mounting:
         lever_arm_m: (3,) from the inertial unit to the DVL, forward, right, down.
         rotation_rad: (3,) roll, pitch, yaw of the DVL.
         scale: by which the DVL measures too much, relative.
-        delay_s: by which its samples are stamped later than the inertial unit's.
-        drift_s: standard deviation by which that changes within a dive.
+        delay_s: by which its samples are stamped later than the inertial unit's, when a dive begins.
+        drift: seconds by which that changes in a second.
         depth_delay_s, depth_arm_m: of the depth sensor; the latter forward of the inertial unit.
         dives: that they are from.
     """
@@ -56,7 +60,7 @@ class Mounting:
     rotation_rad: tuple[Known, Known, Known]
     scale: Known
     delay_s: Known
-    drift_s: float
+    drift: float
     depth_delay_s: Known
     depth_arm_m: Known
     dives: int
@@ -70,6 +74,9 @@ def mounting_of(courses: Sequence[NavigationCourse]) -> Mounting | None:
     last = np.array([course.installed[-1] for course in taught])
     errors = np.array([course.deviation[-1] for course in taught])
     delays = [_delay(course) for course in taught]
+    begins_s, errors_s, drifts = (
+        np.array([getattr(one, name) for one in delays]) for name in ("begin_s", "error_s", "drift")
+    )
     (x, y, z), (roll, pitch, yaw) = (
         [pooled(last[:, k], errors[:, k], limit) for k in _of(states)]
         for states, limit in ((LEVER_ARM, ARM_KNOWN_M), (MOUNTING, ANGLE_KNOWN_RAD))
@@ -78,13 +85,12 @@ def mounting_of(courses: Sequence[NavigationCourse]) -> Mounting | None:
         pooled(last[:, state - STATES], errors[:, state - STATES], limit)
         for state, limit in ((SCALE, SCALE_KNOWN), (DEPTH_DELAY, DELAY_KNOWN_S), (DEPTH_ARM, ARM_KNOWN_M))
     )
-    mean_s, error_s, drift_s = np.array(delays).T
     return Mounting(
         lever_arm_m=(x, y, z),
         rotation_rad=(roll, pitch, yaw),
         scale=scale,
-        delay_s=pooled(mean_s, error_s, DELAY_KNOWN_S),
-        drift_s=float(np.sqrt(np.mean(drift_s**2))),
+        delay_s=pooled(begins_s, errors_s, DELAY_KNOWN_S),
+        drift=float(np.median(drifts)),
         depth_delay_s=depth_delay,
         depth_arm_m=depth_arm,
         dives=len(taught),
@@ -111,14 +117,23 @@ def pooled(values: FloatArray, errors: FloatArray, limit: float) -> Known:
     return Known(float(weight @ values) * error**2, error, sqrt(between2), error <= limit)
 
 
-def _delay(course: NavigationCourse) -> tuple[float, float, float]:
-    """Mean delay in a dive, its error, and by how much it changed: clocks drift apart."""
+@dataclass(frozen=True, slots=True)
+class _Delay:
+    """In one dive: at its beginning, the error of that, and by how much it changes in a second."""
+
+    begin_s: float
+    error_s: float
+    drift: float
+
+
+def _delay(course: NavigationCourse) -> _Delay:
+    """A straight line: clocks drift apart, and the next dive begins where this one began."""
     index = DVL_DELAY - STATES
+    passed_s = (course.dvl.time_s - course.velocity[0, 0])[course.acquainted]
     delays, errors = course.installed[course.acquainted, index], course.deviation[course.acquainted, index]
-    weight = 1.0 / errors**2
-    mean_s = float(weight @ delays / weight.sum())
-    drift_s = sqrt(float(weight @ (delays - mean_s) ** 2 / weight.sum()))
-    return mean_s, float(errors.min()), drift_s
+    drift = float(np.polyfit(passed_s, delays, 1, w=1.0 / errors)[0]) if np.ptp(passed_s) > LINE_S else 0.0
+    begin_s = float(np.average(delays - drift * passed_s, weights=1.0 / errors**2))
+    return _Delay(begin_s, hypot(float(errors.min()), WALK * sqrt(float(passed_s[0]))), drift)
 
 
 def _of(states: slice) -> range:

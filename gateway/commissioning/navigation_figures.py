@@ -21,6 +21,7 @@ FloatArray: TypeAlias = NDArray[np.float64]
 AXES = ("forward", "right", "down")
 DASHES = (Dash.SOLID, Dash.DASHED, Dash.DOTTED)
 DEVIATIONS = 2.0
+DIVES = (Colour.MEASURED, Colour.PREDICTED, Colour.RESIDUAL, Colour.COMMAND, Colour.OTHER)
 
 
 def navigation_figures(
@@ -46,6 +47,10 @@ def _minutes(time_s: FloatArray) -> FloatArray:
     return np.asarray((time_s - time_s[0]) / 60.0)
 
 
+def _colour(dive: int) -> Colour:
+    return DIVES[(dive - 1) % len(DIVES)]
+
+
 def _mounting(courses: Sequence[NavigationCourse]) -> Figure:
     """Delay and lever arm as they were learnt, dive by dive."""
     arms = [
@@ -56,7 +61,7 @@ def _mounting(courses: Sequence[NavigationCourse]) -> Figure:
         "navigation-mounting",
         "The DVL's mounting, as it was learnt",
         (Panel("delay, s", _learnt(courses, DVL_DELAY - STATES), share=1.4), *arms),
-        about="One line for each dive, with two standard deviations: where the dives agree, it is known.",
+        about="One line for each dive, from its first turns on: where the dives agree, it is known.",
         over_time=False,
         x_title="minutes since the beginning of the dive",
     )
@@ -72,16 +77,16 @@ def _learnt(courses: Sequence[NavigationCourse], index: int) -> tuple[Mark, ...]
         value, doubt = course.installed[known, index], DEVIATIONS * course.deviation[known, index]
         if len(courses) == 1:
             marks.append(Band("two standard deviations", x, value - doubt, value + doubt, Colour.FAINT))
-        marks.append(Line(f"dive {number}", x, value, Colour.MEASURED))
+        marks.append(Line(f"dive {number}", x, value, _colour(number)))
     return tuple(marks)
 
 
 def _innovations(courses: Sequence[NavigationCourse]) -> Figure:
-    """Root mean squares over the time of a dive: they fall as the mounting is learnt."""
+    """They fall as the mounting is learnt."""
     panels = []
     for axis, name in enumerate(AXES):
         marks = [
-            Line(f"dive {number}", _minutes(one.dvl.time_s), one.dvl.values[:, axis], Colour.RESIDUAL, width=1.0)
+            Line(f"dive {number}", _minutes(one.dvl.time_s), one.dvl.values[:, axis], _colour(number), width=1.0)
             for number, one in enumerate(courses, start=1)
         ]
         panels.append(Panel(f"{name}, m/s", tuple(marks)))
@@ -123,7 +128,7 @@ def _reached(seen: Sequence[Watched], share: float) -> Figure:
     for number, one in enumerate(seen, start=1):
         if len(one.time_s):
             x = hours + (one.time_s - one.time_s[0]) / 3600.0
-            marks.append(Line(f"dive {number}", x, one.share, Colour.RESIDUAL))
+            marks.append(Line(f"dive {number}", x, one.share, _colour(number)))
             hours = float(x[-1])
     levels = (Level("configured", 1.0, Colour.FAINT), Level("commissioned", share))
     return Figure(

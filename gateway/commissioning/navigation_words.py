@@ -14,7 +14,7 @@ from gateway.commissioning.peaks import counted
 
 TABLE = "detector.navigation"
 SCALE_TOLD = 0.02  # a DVL that measures so much too much or too little is set up wrongly
-DRIFT_TOLD_S = 0.1
+DRIFT_TOLD = 5e-4  # of a clock; half a second in a quarter of an hour
 
 
 def settings_of(learnt: Learnt, config: NavigationConfig, threshold: Threshold) -> Iterator[Setting]:
@@ -27,8 +27,8 @@ def settings_of(learnt: Learnt, config: NavigationConfig, threshold: Threshold) 
         yield Setting("navigation.dvl_lever_arm_m", arm, _doubts(mounting.lever_arm_m, 1.0, "m"))
         yield Setting("navigation.dvl_mounting_deg", angles, _doubts(mounting.rotation_rad, degrees(1.0), "degrees"))
         if mounting.delay_s.enough:
-            wanders = f"+-{mounting.delay_s.error:.2f} s; it wanders by {mounting.drift_s:.2f} s in a dive"
-            yield Setting("navigation.dvl_delay_s", taught.dvl_delay_s, wanders)
+            drifts = f"+-{mounting.delay_s.error:.2f} s when a dive begins; drifts by {_a_minute(mounting)}"
+            yield Setting("navigation.dvl_delay_s", taught.dvl_delay_s, drifts)
     if threshold.law is not None:
         comment = (
             f"{threshold.share:.2f} times the configured threshold: {threshold.wanted_per_hour:g} an hour by "
@@ -72,10 +72,15 @@ def quantities_of(learnt: Learnt) -> Iterator[Quantity]:
     yield from (_quantity(f"DVL {axis} of the IMU", one, 1.0, "m", mounting) for axis, one in axes)
     turns = zip(("roll", "pitch", "yaw"), mounting.rotation_rad, strict=True)
     yield from (_quantity(f"DVL {axis}", one, degrees(1.0), "degrees", mounting) for axis, one in turns)
-    yield _quantity("DVL delay", mounting.delay_s, 1.0, "s", mounting)
+    yield _quantity("DVL delay when a dive begins", mounting.delay_s, 1.0, "s", mounting)
+    yield Quantity("drift of the DVL's delay", _a_minute(mounting), "median of the dives")
     yield _quantity("DVL scale", mounting.scale, 100.0, "%", mounting)
     yield _quantity("depth sensor forward of the IMU", mounting.depth_arm_m, 1.0, "m", mounting)
     yield _quantity("depth delay", mounting.depth_delay_s, 1.0, "s", mounting)
+
+
+def _a_minute(mounting: Mounting) -> str:
+    return f"{60.0 * mounting.drift:+.3f} s a minute"
 
 
 def _quantity(name: str, known: Known, unit: float, unit_name: str, mounting: Mounting) -> Quantity:
@@ -114,10 +119,10 @@ def remarks_of(learnt: Learnt, threshold: Threshold) -> Iterator[str]:
             f"the DVL measures {100.0 * mounting.scale.value:+.1f} % more than the speed: look at its speed of "
             "sound (salinity, temperature)"
         )
-    if mounting.drift_s > DRIFT_TOLD_S:
+    if abs(mounting.drift) > DRIFT_TOLD:
         yield (
-            f"the DVL's delay wanders by {mounting.drift_s:.2f} s within a dive: its clock is not set by the "
-            "autopilot's; the watch follows it, but finds faults later in turns"
+            f"the DVL's clock and the inertial unit's drift apart by {_a_minute(mounting)}: the watch follows that, "
+            "but foresees turns less well; let one set the other"
         )
     for name, one in zip(("roll", "pitch", "yaw"), mounting.rotation_rad, strict=True):
         if not one.enough:

@@ -18,7 +18,8 @@ FloatArray: TypeAlias = NDArray[np.float64]
 THRUST = "thrust, share of the most"
 POINTS_S = 5  # one point for so many seconds
 SECTORS = 36
-DEVIATIONS = 2.0
+STEADY = 0.05  # the thrust has changed by less meanwhile
+SERIES = (Colour.MEASURED, Colour.PREDICTED, Colour.RESIDUAL, Colour.COMMAND, Colour.OTHER)
 
 
 def speed_figures(learnt: Learnt, courses: Sequence[Course], tolerance: float) -> tuple[Figure, ...]:
@@ -38,8 +39,7 @@ def _over_thrust(learnt: Learnt, curve: SpeedCurve, courses: Sequence[Course], t
     x = np.linspace(min(0.0, *levels), max(0.0, *levels), 101)
     y = np.array([curve.speed_mps(one) if one else 0.0 for one in x.tolist()])
     seen = [course for course in courses if len(course.time_s)]
-    commands = np.concatenate([course.command[::POINTS_S] for course in seen] or [np.empty(0)])
-    speeds = np.concatenate([course.speed_mps[::POINTS_S] for course in seen] or [np.empty(0)])
+    commands, speeds = np.concatenate([*map(_points, seen), np.empty((0, 2))]).T
     marks: tuple[Mark, ...] = (
         Band(
             f"normal: {100.0 * tolerance:.0f} % up and down",
@@ -62,6 +62,12 @@ def _over_thrust(learnt: Learnt, curve: SpeedCurve, courses: Sequence[Course], t
     )
 
 
+def _points(course: Course) -> FloatArray:
+    """(N, 2) thrust and speed, where the thrust was steady."""
+    both = np.column_stack((course.command, course.speed_mps))
+    return np.asarray(both[POINTS_S:][np.abs(course.command[POINTS_S:] - course.command[:-POINTS_S]) < STEADY])
+
+
 def _headings(learnt: Learnt) -> Figure:
     """Seconds in each direction, one line for each level."""
     edges = np.linspace(0.0, 360.0, SECTORS + 1)
@@ -74,7 +80,7 @@ def _headings(learnt: Learnt) -> Figure:
             at = (nearest == index) & (np.abs(track.command) >= abs(level) / 2.0)
             heading_deg = np.degrees(track.heading_rad[at]) % 360.0
             seconds += np.histogram(heading_deg, edges, weights=track.interval_s[at])[0]
-        colour = Colour.MEASURED if learnt.known[index] else Colour.FAULT
+        colour = SERIES[index % len(SERIES)] if learnt.known[index] else Colour.FAULT
         name = f"{100.0 * level:.0f} % thrust" + ("" if learnt.known[index] else ": too few headings")
         marks.append(Line(name, edges[:-1], seconds, colour, step=True))
     return Figure(
@@ -94,7 +100,7 @@ def _needed(courses: Sequence[Course], tolerance: float) -> Figure:
     for number, course in enumerate(courses, start=1):
         if len(course.time_s):
             x = hours + (course.time_s - course.time_s[0]) / 3600.0
-            marks.append(Line(f"dive {number}", x, 100.0 * course.needed, Colour.RESIDUAL))
+            marks.append(Line(f"dive {number}", x, 100.0 * course.needed, SERIES[(number - 1) % len(SERIES)]))
             hours = float(x[-1])
     return Figure(
         "speed-off",
