@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,6 +15,7 @@ from rich.progress import Progress, SpinnerColumn, TextColumn
 
 from gateway.config import Config, load
 from gateway.problems import ConfigError
+from gateway.replay.offsets import offsets_s
 
 if TYPE_CHECKING:
     from gateway.commissioning.dive import RecordedDive
@@ -40,8 +42,22 @@ COMPLETE, INCOMPLETE, FAILED = 0, 1, 2
     show_default=True,
     help="How many faults may be said of a healthy vehicle.",
 )
+@click.option(
+    "--offset",
+    "offsets",
+    multiple=True,
+    metavar="LOG=SECONDS",
+    help="Added to the times of LOG, whose clock was another; left out: found, where the logs show it.",
+)
 @click.option("--healthy", is_flag=True, help="The dives are healthy, whatever is found in them: I know better.")
-def commission(config: Path, log: tuple[str, ...], out: Path, false_alarms_per_hour: float, healthy: bool) -> None:
+def commission(
+    config: Path,
+    log: tuple[str, ...],
+    out: Path,
+    false_alarms_per_hour: float,
+    offsets: tuple[str, ...],
+    healthy: bool,
+) -> None:
     """Learn from healthy dives what CONFIG needs, and say how sure that is.
 
     LOG is what `gateway replay` takes. Logs of one folder are of one dive, or of dives one after the other; the more
@@ -59,7 +75,7 @@ def commission(config: Path, log: tuple[str, ...], out: Path, false_alarms_per_h
     """
     console = Console()
     try:
-        found = _commissioned(config, log, out, false_alarms_per_hour, healthy, console)
+        found = _commissioned(_Request(config, log, offsets, out), false_alarms_per_hour, healthy, console)
     except (ConfigError, ValueError, OSError) as error:
         raise _failed(_words(error)) from error
     except KeyboardInterrupt as error:
@@ -69,21 +85,29 @@ def commission(config: Path, log: tuple[str, ...], out: Path, false_alarms_per_h
     raise click.exceptions.Exit(COMPLETE if found.complete else INCOMPLETE)
 
 
-def _commissioned(
-    source: Path, logs: Sequence[str], out: Path, false_alarms_per_hour: float, healthy: bool, console: Console
-) -> Commissioning:
+@dataclass(frozen=True, slots=True)
+class _Request:
+    """Which files go in, and where others come out."""
+
+    source: Path
+    logs: Sequence[str]
+    offsets: Sequence[str]
+    out: Path
+
+
+def _commissioned(request: _Request, false_alarms_per_hour: float, healthy: bool, console: Console) -> Commissioning:
     # with all detectors and log readers: no other command should wait for them
     from gateway.commissioning.session import Wishes
     from gateway.commissioning.session import commission as learn
     from gateway.commissioning.table import print_tables
     from gateway.commissioning.writing import write
 
-    config = load(source)
+    source, out, config = request.source, request.out, load(request.source)
     if out.resolve() == source.resolve().parent:
         raise ValueError(f"--out {out}: {source} lies there, and stays as it is: want another folder")
     wishes = Wishes(false_alarms_per_hour, healthy)
     with _progress(console) as tell:
-        dives = list(_dives(config, logs, tell))
+        dives = list(_dives(config, request, tell))
         if not dives:
             raise ValueError("nothing in these logs is of a link of the configuration: are they of this vehicle?")
         out.mkdir(parents=True, exist_ok=True)
@@ -94,17 +118,18 @@ def _commissioned(
     return found
 
 
-def _dives(config: Config, logs: Sequence[str], tell: Tell) -> Iterator[RecordedDive]:
+def _dives(config: Config, request: _Request, tell: Tell) -> Iterator[RecordedDive]:
     from gateway.commissioning.reading import by_dive, named, read_dives
     from gateway.replay.log_input import log_input
 
-    inputs = by_dive(log_input(one, config.links()) for one in logs)
-    for folder, name in named(inputs).items():
+    inputs = [log_input(one, config.links()) for one in request.logs]
+    given_s, folders = offsets_s(request.offsets, inputs), by_dive(inputs)
+    for folder, name in named(folders).items():
 
         def show(read_s: float, name: str = name) -> None:
             tell(f"{name}: {read_s / 60.0:.1f} minutes read")
 
-        yield from read_dives(config, inputs[folder], name, show, jobs=os.cpu_count() or 1)
+        yield from read_dives(config, folders[folder], name, given_s, show, jobs=os.cpu_count() or 1)
 
 
 @contextmanager

@@ -7,9 +7,10 @@ Recordings of ours are as many dives as they have runs.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from types import MappingProxyType
 
 from gateway.commissioning.dive import RecordedDive
 from gateway.commissioning.keeping import Keeping
@@ -39,6 +40,7 @@ def read_dives(
     config: Config,
     logs: Sequence[LogInput],
     name: str,
+    given_s: Mapping[Path, float] = MappingProxyType({}),
     progress: Callable[[float], None] = lambda _: None,
     jobs: int = 1,
 ) -> list[RecordedDive]:
@@ -48,6 +50,7 @@ def read_dives(
         config: where everything is read, and with which settings it is judged.
         logs: of one folder.
         name: of the dive.
+        given_s: by log, what is to be added to its times; of other dives' logs as well.
         progress: hears how many seconds of it were read.
         jobs: processes for the detectors of thrusters.
 
@@ -56,11 +59,12 @@ def read_dives(
         ValueError: a log is not what its name says, or the logs do not go together.
     """
     keeping = Keeping(name)
+    own_s = {log.path: given_s[log.path] for log in logs if log.path in given_s}
 
     def show(place: Progress) -> None:
         keeping.found(place.findings)
         progress(place.dive_s)
 
     with TemporaryDirectory() as folder:
-        replay(config, reels(logs, config), Path(folder) / "findings", show, jobs=jobs, onlooker=keeping)
+        replay(config, reels(logs, config, own_s), Path(folder) / "findings", show, jobs=jobs, onlooker=keeping)
     return [one for one in keeping.dives if one.duration_s > 0.0]
