@@ -57,7 +57,7 @@ def mend_all(folder: Path) -> None:
         try:
             if mend(one.path):
                 log.info("recording %s had no end (power lost?): mended", one.path.name)
-        except (OSError, ValueError) as error:
+        except Exception as error:  # whatever is in it: the others are to be mended all the same
             log.warning("recording %s cannot be mended: %s", one.path.name, error)
 
 

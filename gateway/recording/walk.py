@@ -71,7 +71,7 @@ class Record:
             raise RecordError("damaged attachment")
         try:
             return read(ReadDataStream(BytesIO(self.content)))
-        except (McapError, ValueError, OverflowError, error) as wrong:
+        except (McapError, ValueError, OverflowError, MemoryError, error) as wrong:  # lengths may say anything
             raise RecordError("damaged record") from wrong
 
 
