@@ -6,6 +6,7 @@ import errno
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from math import ceil
 from pathlib import Path
 
 from gateway.config_sections import Recording
@@ -18,6 +19,8 @@ log = logging.getLogger("gateway")
 
 # where the budget is small, it holds several files all the same: of one alone nothing would be left when it is full
 FILES_MIN = 4
+# of a file, for what had been learnt before: more would leave little room for the rest
+STATE_SHARE = 0.5
 
 
 class Scribe:
@@ -40,6 +43,7 @@ class Scribe:
         self._begun_s = 0.0
         self._largest = self._bytes_before = 0
         self._parts = about.part - 1
+        self._told_large = False
         self.path: Path | None = None
 
     @property
@@ -49,11 +53,11 @@ class Scribe:
 
     def begin(self, state: bytes, resumed: bool) -> None:
         """What an earlier run has left, see `About`; before anything is written."""
-        self._about = replace(self._about, state=state, resumed=resumed)
+        self._about = replace(self._about, state=self._fitting(state), resumed=resumed)
 
     def remember(self, state: bytes) -> None:
         """What has been learnt by now: the next file begins with it, and goes on from there."""
-        self._about = replace(self._about, state=state, resumed=True)
+        self._about = replace(self._about, state=self._fitting(state), resumed=True)
 
     def write(self, items: Sequence[Item]) -> None:
         """Writes items down, and comes back when they are on the disk.
@@ -81,6 +85,23 @@ class Scribe:
         if file is not None:
             self._bytes_before += file.size
             file.finish()
+
+    def _fitting(self, state: bytes) -> bytes:
+        """Nothing where it is too large for the files: one would follow the other, with nothing else in them."""
+        wanted = len(state) / STATE_SHARE
+        if wanted <= self._file_max:
+            return state
+        if not self._told_large:
+            self._told_large = True
+            least_mb = ceil(wanted / MB)
+            log.warning(
+                "recordings are too small for what has been learnt (%.1f MB), so that a replay learns anew: set "
+                "recording.file_max_mb = %d and recording.budget_mb = %d, or more",
+                len(state) / MB,
+                least_mb,
+                FILES_MIN * least_mb,
+            )
+        return b""
 
     @property
     def _folder(self) -> Path:

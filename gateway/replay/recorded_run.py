@@ -43,6 +43,7 @@ class RecordedRun:
     def begin(self, pipeline: Pipeline) -> None:
         """Gives it what an earlier run had learnt, as far as that has a meaning with this configuration."""
         if not self._about.state:
+            self._foreign = "what was learnt before is not in it: all is learnt anew" if self._about.resumed else ""
             return
         try:
             known = state.unpack(self._about.state)

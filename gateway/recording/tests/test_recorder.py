@@ -69,6 +69,21 @@ def test_files_follow_each_other_by_time(tmp_path: Path):
     assert [len(read(one.path)[0]) for one in recordings(tmp_path)] == [3, 3]
 
 
+def test_what_was_learnt_never_fills_the_files(tmp_path: Path, caplog: pytest.LogCaptureFixture):
+    """Small files beside a large state would each be full at once."""
+    scribe = Scribe(settings(tmp_path, budget_mb=4.0), about(), lambda: START_S)
+    scribe.begin(bytes(600_000), True)
+    for second in range(5):
+        scribe.remember(bytes(700_000))
+        scribe.write([Tick(1 + second, START_S + second)])
+    scribe.close()
+    (file,) = recordings(tmp_path)
+    assert file.size < 100_000
+    assert read_about(file.path).resumed
+    (told,) = [one.getMessage() for one in caplog.records]
+    assert "set recording.file_max_mb = 2 and recording.budget_mb = 8" in told
+
+
 def test_two_runs_of_the_same_second(tmp_path: Path):
     for run in ("a", "b"):
         scribe = Scribe(settings(tmp_path), about(run=run), lambda: START_S)
