@@ -213,25 +213,30 @@ def test_names_are_as_people_write_them(made: Dive) -> None:
 
 # what a pilot does on a phone, and what comes of it, written where the test can read it
 TAPS = """<script>
-const plot = document.querySelector("#timeline .plot");
+const [plot, other] = document.querySelectorAll(".plot");
 const bars = () => plot.data.find((one) => one.type === "bar").marker.color;
-const told = () => [plot.layout.dragmode, bars()[0], plot.layout.font.color];
+const span = (one) => [...one.layout.xaxis.range];
+const told = () => [plot.layout.dragmode, bars()[0], plot.layout.font.color, span(plot), span(other)];
+const after = (event) => new Promise((done) => plot.once(event, done));
 const waiting = setInterval(async () => {
-  if (!plot.classList.contains("ready")) return;
+  if (document.querySelectorAll(".plot.ready").length < 2) return;
   clearInterval(waiting);
   const seen = [told()];
-  for (const button of [document.querySelector("#timeline .zoom"), document.getElementById("ground")]) {
-    button.click();
-    await new Promise((done) => plot.once("plotly_afterplot", done));
-    seen.push(told());
-  }
+  document.querySelector("#timeline .zoom").click();
+  seen.push(told());
+  const [from, to] = span(plot);
+  await Plotly.relayout(plot, {"xaxis.range[0]": (3 * from + to) / 4, "xaxis.range[1]": (from + to) / 2});
+  seen.push(told());
+  document.getElementById("ground").click();
+  await after("plotly_afterplot");
+  seen.push(told());
   document.body.dataset.seen = JSON.stringify(seen);
 }, 100);
 </script>"""
 
 
 @pytest.mark.skipif(BROWSER is None, reason=NO_BROWSER)
-def test_a_phone_draws_it_scrolls_until_zooming_is_asked_for_and_has_other_colours_in_the_dark(
+def test_a_phone_draws_it_scrolls_until_zooming_is_asked_for_and_keeps_what_is_zoomed_in_the_dark(
     made: Dive, tmp_path: Path
 ) -> None:
     drawn = [one for one in figures(made) if one.main][:3]
@@ -239,9 +244,12 @@ def test_a_phone_draws_it_scrolls_until_zooming_is_asked_for_and_has_other_colou
     seen = told_by_browser(text, tmp_path, (500, 2500), f"document.body.dataset.seen && {READY} >= 2")
     assert seen.count('class="plot js-plotly-plot ready"') >= 2  # those in view, the time line among them
     (letters,) = re.findall(r'data-seen="([^"]*)"', seen)
-    first, zooming, dark = json.loads(unescape(letters))
+    first, zooming, zoomed, dark = json.loads(unescape(letters))
     assert first[0] is False
     assert zooming == ["zoom", *first[1:]]
+    assert zoomed[:3] == zooming[:3]
+    assert zoomed[3] == zoomed[4] != first[3] == first[4]  # all figures show the same time
     assert dark[0] == "zoom"
     assert night_colours()[first[1]] == dark[1]
     assert first[2] != dark[2]
+    assert dark[3] == zoomed[3]
