@@ -88,6 +88,7 @@ class RecordedRun:
             return ""
         ours, live = [one.json_line() for one in found], [one.json_line() for one in self._found]
         if ours == live:
-            return f"the {len(live)} findings are those of the run itself"
-        other = "" if self._config.text == self._about.config else ", by another configuration"
-        return f"{len(ours)} findings, where the run itself had {len(live)}{other}"
+            return f"the {len(live)} findings are those of the run itself" if live else ""
+        why = "" if self._config.text == self._about.config else ", by another configuration"
+        why += ", and something of it is lost" if any(one.lost for one in self._damage.values()) else ""
+        return f"{len(ours)} findings, where the run itself had {len(live)}{why}"

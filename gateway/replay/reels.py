@@ -33,10 +33,10 @@ def reels(
     if given_s or any(log.kind is not LogKind.RECORDING for log in logs):
         return [MergedLogs(on_one_clock(grouped(logs, config, given_s), config, given_s))]
     abouts = {log.path: read_about(log.path) for log in logs}
-    return [RecordedRun(parts, config) for parts in _runs(abouts)]
+    return [RecordedRun(parts, config) for parts in runs_of(abouts)]
 
 
-def _runs(abouts: Mapping[Path, About]) -> Iterator[list[tuple[Path, About]]]:
+def runs_of(abouts: Mapping[Path, About]) -> Iterator[list[tuple[Path, About]]]:
     """Parts that follow each other, in the order of time. Behind one that is missing, another reel begins."""
     parts: list[tuple[Path, About]] = []
     for path, about in sorted(abouts.items(), key=lambda one: (one[1].started_s, one[1].run, one[1].part)):

