@@ -9,7 +9,7 @@ import click
 from click.core import ParameterSource
 from rich.console import Console
 
-from hil_tests.bench import bridge, live, navigation, recording, replay, speed, supervisor, thruster
+from hil_tests.bench import bridge, commissioning, live, navigation, recording, replay, speed, supervisor, thruster
 from hil_tests.bench.figures import console_beside, shared_options, write
 from hil_tests.bench.navigation_measure import Options as NavigationOptions
 from hil_tests.bench.works import time_works, timing
@@ -19,6 +19,7 @@ PARTS: dict[str, Callable[[int, Console], Any]] = {
     "thruster": lambda jobs, console: thruster.measure(thruster.Options(), jobs, console),
     "speed": lambda jobs, console: speed.measure(speed.Options(), jobs, console),
     "navigation": lambda jobs, console: navigation.measure(NavigationOptions(), jobs, console),
+    "commissioning": lambda jobs, console: commissioning.measure(commissioning.Options(), jobs, console),
     "supervisor": lambda _, console: supervisor.measure(supervisor.CHANGES, console),
     "live": lambda _, console: live.measure(live.FEW_SECONDS, console),
     "bridge": lambda _, console: bridge.measure(bridge.FEW_SECONDS, console),
@@ -50,6 +51,7 @@ for part in (
     thruster.thruster,
     speed.speed,
     navigation.navigation,
+    commissioning.commissioning,
     supervisor.supervisor,
     live.live,
     bridge.bridge,
