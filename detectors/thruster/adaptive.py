@@ -107,6 +107,17 @@ class AdaptiveMethod:
         self._schedule.saw_news()
         self._end_fault(healthy=0)
 
+    def begin_dive(self) -> None:
+        """Judge with what was learnt so far, until the samples that come now are enough to learn from by themselves.
+
+        How restlessly a thruster is driven shows in its noise: by a lively dive, a calm one is judged too coarsely.
+        """
+        if self.model is None:
+            return
+        self._learn_from = self._history.end
+        self._schedule.begin_anew(self._history.end)
+        self._largest[:] = 0.0
+
     def _until_due(self) -> int:
         room = BLOCK if self._tracker is None else min(BLOCK, self._tracker.room)
         return max(1, min(room, self._schedule.due - self._history.end))

@@ -109,6 +109,10 @@ class ThrusterDetector:
         """An operator's act: today's thruster is healthy. Its curve becomes the commissioned one, a fault is over."""
         self._method.accept()
 
+    def begin_dive(self) -> None:
+        """What comes now is another dive: what was learnt judges it until it has been learnt from by itself."""
+        self._method.begin_dive()
+
     def resume(self) -> None:
         """After a restart of the program: the clock may be another, and behind the one that it knew."""
         self._last = replace(self._last, time_s=nan)

@@ -57,3 +57,6 @@ class Method(Protocol):
 
     def accept(self) -> None:
         """Take the thruster as it is now for healthy."""
+
+    def begin_dive(self) -> None:
+        """Learn from what comes now alone, and judge by what was learnt until then."""

@@ -72,5 +72,8 @@ class PublishedMethod:
                 wear=nan,
             )
 
+    def begin_dive(self) -> None:
+        """Nothing to do: it learns all the time."""
+
     def accept(self) -> None:
         """Nothing to do: after the window is filled with the new state, it is the normal one."""

@@ -49,6 +49,7 @@ def taught(config: Config, thrusters: Sequence[LearntThruster]) -> Taught:
             level = detector.run(*columns).level
             faults += int(((level[1:] == Level.FAULT) & (level[:-1] != Level.FAULT)).sum())
             hours += float((level != Level.UNKNOWN).sum()) / samples.rate_hz / 3600.0
+        detector.begin_dive()
         learnt[subject] = replace(fresh[subject], alignment=one.samples[0].rate_hz, detector=detector)
     return Taught(State(present(), time.time(), learnt, pipeline.remember()), faults, hours)
 

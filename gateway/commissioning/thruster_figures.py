@@ -60,7 +60,9 @@ def _uncertainty(curve: SteadyCurve) -> Line:
     """In percent; next to standstill there is no saying what of."""
     fast = np.abs(curve.speed_rpm) > SLOW * np.abs(curve.speed_rpm).max()
     share = 100.0 * DEVIATIONS * curve.error_rpm / np.where(fast, np.abs(curve.speed_rpm), np.nan)
-    return Line("uncertainty", curve.command, share, Colour.THRESHOLD)
+    still = int(np.searchsorted(curve.command, 0.0))
+    command, percent = np.insert(curve.command, still, 0.0), np.insert(share, still, np.nan)
+    return Line("uncertainty", command, percent, Colour.THRESHOLD)
 
 
 def _held(dives: Sequence[ThrusterSamples]) -> Line:
