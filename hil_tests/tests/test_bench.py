@@ -105,7 +105,8 @@ def test_without_a_part_all_are_measured_and_written(tmp_path, monkeypatch):
 
     monkeypatch.setattr(command, "PARTS", {name: part(name) for name in command.PARTS})
     figures = measured(["--jobs", "3"], "", tmp_path)
-    names = ["thruster", "speed", "navigation", "supervisor", "live", "bridge", "recording", "replay", "timing"]
+    detectors = ["thruster", "speed", "navigation", "commissioning"]
+    names = [*detectors, "supervisor", "live", "bridge", "recording", "replay", "timing"]
     assert told == [(name, 3) for name in names]
     assert figures["speed"] == {"figure": None}
     assert figures["packages"]["numpy"] == np.__version__
