@@ -99,7 +99,7 @@ class ChunkReader:
             case _Messages(layout, make):
                 try:
                     made = make(self._placed(sequence), layout.decode(content[position + HEAD.size : end]))
-                except (LayoutError, ValueError):
+                except (LayoutError, ValueError, OverflowError):
                     self._lose("damaged message")
                 else:
                     singles += [] if made is None else [made]

@@ -20,7 +20,7 @@ from gateway.recording.waiting import WAITING_MAX_BYTES, Batch, Waiting
 
 log = logging.getLogger("gateway")
 
-# a pulled plug loses what was written in none: with the time that the disk takes, less than a second
+# a pulled plug loses what waits for its chunk: with the time that the disk takes, less than a second
 CHUNK_S = 0.5
 # of memory, in one chunk: what has waited for a disk is not to become one huge one
 CHUNK_BYTES = 8_000_000

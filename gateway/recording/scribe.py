@@ -33,7 +33,6 @@ class Scribe:
 
     Attributes:
         path: of the newest file; None before the first.
-        bytes_written: in all files.
     """
 
     def __init__(self, settings: Recording, about: About, now: Callable[[], float]) -> None:

@@ -131,8 +131,7 @@ class Waiting:
         self._missing[what] += count
 
     def _gaps(self) -> list[Item]:
-        """What found no room since the last time: it stands in front of what waits, though a little of that was
-        before it."""
+        """What found no room since the last time, in front of what waits, though some of that came before it."""
         time_s = self._now()
         gaps: list[Item] = [Gap(self._place, time_s, what, count) for what, count in self._missing.items()]
         self._missing.clear()
