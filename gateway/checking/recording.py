@@ -11,6 +11,8 @@ from gateway.config_sections import Recording
 from gateway.recording.folder import MB, recordings
 
 SUBJECT = "recording"
+# the smallest budget that there is
+LEAST_MB = 2.0
 
 
 def check_recording(recording: Recording) -> CheckResult:
@@ -19,6 +21,8 @@ def check_recording(recording: Recording) -> CheckResult:
     if not recording.enabled:
         return CheckResult(SUBJECT, True, "nothing is recorded (recording.enabled = false)")
     place = folder if folder.exists() else folder.parent
+    if place.exists() and not place.is_dir():
+        return CheckResult(SUBJECT, False, f"{place} is no folder", "move it away, or set recording.folder")
     if not place.is_dir():
         return CheckResult(SUBJECT, False, f"no folder {place}", f"mkdir -p {folder.parent}, or set recording.folder")
     try:
@@ -35,7 +39,7 @@ def _room(recording: Recording, place: Path) -> CheckResult:
     free_mb = shutil.disk_usage(place).free / MB
     more_mb = free_mb - recording.keep_free_mb
     seen = f"{recording.folder} has {taken_mb:.0f} MB of recordings, its disk {free_mb:.0f} MB free"
-    if more_mb <= 0.0:
+    if taken_mb + more_mb < LEAST_MB:
         remedy = "make room, or set recording.folder or recording.keep_free_mb: until then nothing is recorded"
         return CheckResult(SUBJECT, False, f"{seen}, of which {recording.keep_free_mb:.0f} MB stay free", remedy)
     if taken_mb + more_mb < recording.budget_mb:

@@ -30,7 +30,9 @@ def disk(monkeypatch):
     [
         (10_000.0, True, "the oldest are deleted beyond 100 MB"),
         (590.0, True, "it pauses after 90 MB more: set recording.budget_mb below 91 to have the oldest deleted"),
-        (500.0, False, "its disk 500 MB free, of which 500 MB stay free; make room"),
+        (501.1, True, "set recording.budget_mb below 2 to"),
+        (500.5, False, "its disk 500 MB free, of which 500 MB stay free; make room"),
+        (499.0, False, "its disk 499 MB free, of which 500 MB stay free; make room"),
     ],
 )
 def test_room_on_the_disk(tmp_path, disk, free_mb, ok, said):
@@ -51,6 +53,13 @@ def test_a_folder_that_cannot_be_made_is_told_with_the_way_out(tmp_path):
     assert line.startswith(f"problem  recording: no folder {tmp_path / 'no'}; mkdir -p {tmp_path / 'no'}")
     (tmp_path / "file").touch()
     assert not check_recording(Recording(folder=tmp_path / "file")).ok
+
+
+def test_a_file_in_its_place_is_told(tmp_path):
+    (tmp_path / "recordings").write_text("no folder")
+    found = check_recording(Recording(folder=tmp_path / "recordings"))
+    assert not found.ok
+    assert "recordings is no folder; move it away" in found.line()
 
 
 def test_a_folder_of_another_user_is_told(tmp_path, monkeypatch):
