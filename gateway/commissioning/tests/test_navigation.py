@@ -51,7 +51,7 @@ def test_so_do_the_noises_but_not_those_that_motion_hides(part):
 
 def test_it_says_how_sure_it_is_and_shows_what_it_saw(part):
     sure = {one.name: one.sureness for one in part.quantities}
-    assert sure["DVL delay"].endswith("of 2 dives")
+    assert sure["DVL delay when a dive begins"].endswith("of 2 dives")
     assert "with the settings of the other dives" in sure["exceeded in healthy dives"]
     assert not part.missing
     names = [one.name for one in part.figures]
@@ -94,6 +94,17 @@ def test_too_short_is_refused():
 def test_a_sensor_that_is_missing_is_named(left_out, words):
     samples = [one for one in replace(DRIVEN, duration_s=30.0).samples() if not isinstance(one, left_out)]
     assert learnt(samples).missing[0].startswith(words)
+
+
+def test_a_dvl_that_is_turned_in_the_vehicle_is_told():
+    def turned(sample):
+        if not isinstance(sample, DvlSample):
+            return sample
+        ahead, right, down = sample.velocity_mps
+        return replace(sample, velocity_mps=(right, -ahead, down))
+
+    (line,) = learnt([turned(one) for one in replace(DRIVEN, duration_s=60.0).samples()]).missing
+    assert line.startswith("the DVL sees the vehicle go 88 degrees to the left of its bow nearly all the time")
 
 
 def test_a_slow_inertial_unit_is_refused():
