@@ -66,6 +66,24 @@ class FrameBlock:
             yield checked_frame(time_s, identifier, data[start : start + length], extended, fd, error)
 
     @staticmethod
+    def joined(blocks: Sequence[FrameBlock]) -> FrameBlock:
+        """One after the other: of one block at least."""
+        width = max(block.data.shape[1] for block in blocks)
+        wide = [
+            block.data
+            if block.data.shape[1] == width
+            else np.pad(block.data, ((0, 0), (0, width - CLASSIC_DATA_BYTES)))
+            for block in blocks
+        ]
+        return FrameBlock(
+            np.concatenate([block.time_s for block in blocks]),
+            np.concatenate([block.identifier for block in blocks]),
+            np.concatenate([block.kind for block in blocks]),
+            np.concatenate([block.length for block in blocks]),
+            np.concatenate(wide),
+        )
+
+    @staticmethod
     def of(frames: Sequence[CanFrame]) -> FrameBlock:
         """The block of these frames."""
         width = FD_DATA_BYTES if any(frame.fd for frame in frames) else CLASSIC_DATA_BYTES

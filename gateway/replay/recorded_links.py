@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from operator import itemgetter
 
 import numpy as np
 
 from drivers.can.decoder import CanDecoder
-from drivers.can.frame_block import ERROR
+from drivers.can.frame_block import ERROR, FrameBlock
 from drivers.mavlink.frames import Gate
 from drivers.reading_block import FloatArray, ReadingBlock
 from drivers.readings import OwnClock, Reading
@@ -60,7 +61,7 @@ class RecordedLinks:
                 gate=self._gate(config, started_s),
                 can_frames=None if self._forwarded is None else self._forwarded[1].frames,
             )
-        self._blocks: defaultdict[str, list[_Placed]] = defaultdict(list)
+        self._frames: defaultdict[str, list[Frames]] = defaultdict(list)
         self._singles: defaultdict[str, list[tuple[float, Reading]]] = defaultdict(list)
 
     def take(self, entry: Entry) -> None:
@@ -80,15 +81,15 @@ class RecordedLinks:
 
     def arrivals(self) -> list[BlockArrival]:
         """What came of all that was taken since the last time, link by link."""
+        blocks: defaultdict[str, list[_Placed]] = defaultdict(list)
+        for bus, several in self._frames.items():
+            blocks[bus].append(_decoded(self._buses[bus], several))
         for link, singles in self._singles.items():
-            singles.sort(key=lambda single: single[0])  # stable
-            places = np.array([place for place, _ in singles], dtype=np.float64)
-            self._blocks[link].append((ReadingBlock.of([reading for _, reading in singles]), places))
-        # of one place, what the autopilot says comes before that which it forwards
-        links = sorted(self._blocks, key=lambda link: link != MAVLINK)
-        arrivals = [_interleaved(link, self._blocks[link]) for link in links]
-        self._blocks.clear()
+            blocks[link].append(_in_order(singles))
+        self._frames.clear()
         self._singles.clear()
+        # of one place, what the autopilot says comes before that which it forwards
+        arrivals = [_interleaved(link, blocks[link]) for link in sorted(blocks, key=lambda link: link != MAVLINK)]
         return [arrival for arrival in arrivals if arrival.readings]
 
     def drops(self) -> dict[str, Counter[str]]:
@@ -110,13 +111,10 @@ class RecordedLinks:
             return Unchecked(config.mavlink.accept_unsigned)
 
     def _take_frames(self, entry: Frames) -> None:
-        decoder = self._buses.get(entry.bus)
-        if decoder is None:
+        if entry.bus in self._buses:
+            self._frames[entry.bus].append(entry)
+        else:
             self.unused[entry.bus] += len(entry.frames)
-            return
-        data = entry.frames.kind & ERROR == 0
-        block = decoder.decode_block(entry.frames.part(data))
-        self._blocks[entry.bus].append((block, entry.place[data][: block.rows].astype(np.float64)))
 
     def _take_heard(self, entry: Heard) -> None:
         if self._decoder is None:
@@ -131,6 +129,20 @@ class RecordedLinks:
     @staticmethod
     def _at(entry: Heard, readings: list[Reading]) -> Iterator[tuple[float, Reading]]:
         return ((float(entry.place), reading) for reading in readings)
+
+
+def _decoded(decoder: CanDecoder, several: Sequence[Frames]) -> _Placed:
+    """Of the frames of a bus, without those that its controller has made up."""
+    frames = FrameBlock.joined([one.frames for one in several])
+    data = frames.kind & ERROR == 0
+    block = decoder.decode_block(frames.part(data))
+    return block, np.concatenate([one.place for one in several])[data][: block.rows].astype(np.float64)
+
+
+def _in_order(singles: Sequence[tuple[float, Reading]]) -> _Placed:
+    ordered = sorted(singles, key=itemgetter(0))  # stable
+    places = np.array([place for place, _ in ordered], dtype=np.float64)
+    return ReadingBlock.of([reading for _, reading in ordered]), places
 
 
 def _interleaved(link: str, several: list[_Placed]) -> BlockArrival:

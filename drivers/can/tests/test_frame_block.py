@@ -37,3 +37,9 @@ def test_data_of_another_width_are_refused():
     block = FrameBlock.of(FRAMES)
     with pytest.raises(ValueError, match=r"data must be \(N, 8\) or \(N, 64\)"):
         FrameBlock(block.time_s, block.identifier, block.kind, block.length, np.zeros((3, 9), np.uint8))
+
+
+@pytest.mark.parametrize("several", [[FRAMES], [FRAMES[:1], [], [FD_FRAME], FRAMES], [[FD_FRAME], [FD_FRAME]]])
+def test_joined_blocks_have_the_frames_of_all(several):
+    whole = FrameBlock.joined([FrameBlock.of(frames) for frames in several])
+    assert list(whole.frames()) == [frame for frames in several for frame in frames]
