@@ -78,7 +78,7 @@ def steady_curve(models: Sequence[ThrusterModel]) -> SteadyCurve | None:
     known = knowing.any(axis=0)
     if not known.any():
         return None
-    deviations = np.where(knowing, doubts * np.abs(speeds), np.inf)[:, known]
+    deviations = np.where(knowing, np.where(knowing, doubts, 0.0) * np.abs(speeds), np.inf)[:, known]
     mean, error = _weighted_mean(speeds[:, known], deviations)
     exponent = float(np.median([plausible_exponent(model) for model in models]))
     return SteadyCurve(command[known], mean, error, supply_v, exponent)

@@ -123,3 +123,15 @@ def test_dives_at_another_rate_are_not_used(settings):
     found = learnt(settings, [dive({1: slow}, "slow"), dive({1: fast}, "fast")])
     assert [one.name for one in found.dives] == ["fast"]
     assert "do not come at 20 Hz there: slow" in found.part.remarks[0]
+
+
+def test_a_stretch_that_knows_nothing_of_a_command_has_no_say_there(settings):
+    ahead = samples(200.0, 3)
+    pushed = ThrusterSamples(
+        RATE_HZ, ahead.time_s, np.abs(ahead.command), np.abs(ahead.speed_rpm), *ahead.columns()[3:]
+    )
+    both = response([samples(200.0, 1), pushed], settings.detector.thruster)
+    alone = response([samples(200.0, 1)], settings.detector.thruster)
+    astern = both.curve.command < -0.3
+    expected = np.interp(both.curve.command[astern], alone.curve.command, alone.curve.speed_rpm)
+    np.testing.assert_allclose(both.curve.speed_rpm[astern], expected, rtol=0.01)
