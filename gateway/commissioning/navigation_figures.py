@@ -135,7 +135,9 @@ def _reached(seen: Sequence[Watched], share: float) -> Figure:
         "navigation-reached",
         "How far healthy dives reach towards the threshold",
         (Panel("share of the configured threshold", (*marks, *levels)),),
-        about="Each dive was judged with what the others had taught.",
+        about="Each dive was judged with what the others had taught."
+        if len(seen) > 1
+        else "One dive, judged by itself.",
         over_time=False,
         x_title="hours, one dive after the other",
     )

@@ -29,7 +29,7 @@ def settings_of(learnt: Learnt, config: NavigationConfig, threshold: Threshold) 
         if mounting.delay_s.enough:
             drifts = f"+-{mounting.delay_s.error:.2f} s when a dive begins; drifts by {_a_minute(mounting)}"
             yield Setting("navigation.dvl_delay_s", taught.dvl_delay_s, drifts)
-    if threshold.law is not None:
+    if threshold.share != 1.0:
         comment = (
             f"{threshold.share:.2f} times the configured threshold: {threshold.wanted_per_hour:g} an hour by "
             f"{threshold.hours:.2f} h of these dives"

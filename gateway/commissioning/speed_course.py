@@ -19,6 +19,7 @@ from detectors.speed import PoseSample
 FloatArray = NDArray[np.float64]
 
 STOPPED = 0.05  # a command below this gives no thrust that counts
+PARTS = 20  # levels that the full thrust is cut into, at most
 LEVEL_S = 15.0  # a level was driven for so long, altogether
 BLOCK_S = 2.0
 GAP_S = 20.0  # the way through a longer gap is not known
@@ -84,15 +85,15 @@ class Levels:
 
     @classmethod
     def driven(cls, tracks: Sequence[Track]) -> Levels:
-        """By tenths of the command: its mean, where the time at it is long enough."""
+        """By twentieths of the command: its mean, where the time at it is long enough."""
         commands = np.concatenate([track.command for track in tracks] or [np.empty(0)])
         seconds = np.concatenate([track.interval_s for track in tracks] or [np.empty(0)])
         counts = np.isfinite(commands) & (np.abs(commands) >= STOPPED) & (seconds <= GAP_S)
         commands, seconds = commands[counts], seconds[counts]
-        tenths = np.round(10.0 * commands)
+        parts = np.round(PARTS * commands)
         found = []
-        for tenth in np.unique(tenths):
-            at = tenths == tenth
+        for part in np.unique(parts):
+            at = parts == part
             total_s = float(seconds[at].sum())
             if total_s >= LEVEL_S:
                 found.append((float(commands[at] @ seconds[at]) / total_s, total_s))

@@ -55,7 +55,7 @@ def _over_thrust(learnt: Learnt, curve: SpeedCurve, courses: Sequence[Course], t
     return Figure(
         "speed-over-thrust",
         "Speed through the water over thrust",
-        (Panel("speed, m/s", marks),),
+        (Panel("speed, m/s", marks, share=1.8),),
         about="What the vehicle makes of its thrust, with the current taken out. Bars: one standard deviation.",
         over_time=False,
         x_title=THRUST,
@@ -100,7 +100,9 @@ def _needed(courses: Sequence[Course], tolerance: float) -> Figure:
     for number, course in enumerate(courses, start=1):
         if len(course.time_s):
             x = hours + (course.time_s - course.time_s[0]) / 3600.0
-            marks.append(Line(f"dive {number}", x, 100.0 * course.needed, SERIES[(number - 1) % len(SERIES)]))
+            marks.append(
+                Line(f"dive {number}", x, 100.0 * np.maximum(course.needed, 0.0), SERIES[(number - 1) % len(SERIES)])
+            )
             hours = float(x[-1])
     return Figure(
         "speed-off",

@@ -27,11 +27,11 @@ def test_between_levels_the_speed_is_that_of_the_detectors_curve(commands):
 
 def test_a_level_is_what_was_driven_for_a_while():
     def command(t):
-        return 0.0 if t < 100 else 0.31 if t < 140 else -0.5 if t < 150 else 0.52 + 0.01 * np.sin(t)
+        return 0.0 if t < 100 else 0.31 if t < 140 else -0.5 if t < 150 else 0.5 + 0.01 * np.sin(t)
 
     track = Track.of(Dive(heading=straight(), command=command).poses(every(0.5, 200)))
     driven = Levels.driven([track])
-    assert driven.commands == pytest.approx((0.31, 0.52), abs=0.005)
+    assert driven.commands == pytest.approx((0.31, 0.5), abs=0.005)
     assert driven.seconds == pytest.approx((40.0, 50.0), abs=1.0)
 
 
