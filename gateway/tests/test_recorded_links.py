@@ -22,6 +22,7 @@ from drivers.readings import (
     Lateness,
     LinkState,
     OwnClock,
+    ThrusterCommand,
     ThrusterReport,
 )
 from gateway.config import Config, parse
@@ -124,6 +125,26 @@ def test_an_answer_to_our_question_tells_the_autopilots_clock(config):
     asked, answered = Spoken(2, START_S, question), Heard(3, START_S + 0.01, answer)
     assert AutopilotClock in kinds(readings(config, [heartbeat(START_S, 1), asked, answered]))
     assert AutopilotClock not in kinds(readings(config, [heartbeat(START_S, 1), answered]))
+
+
+def test_frames_that_the_autopilot_forwards_come_after_what_it_says_itself(tmp_path):
+    text = TWO_THRUSTERS.replace('"virtual"', '"mavlink"').replace('"gateway tests"', '"1"')
+    autopilot = dialect.MAVLink(None, srcSystem=1, srcComponent=1)
+    several = [
+        dialect.MAVLink_can_frame_message(
+            0, 0, bus, len(one.data), one.identifier | 1 << 31, one.data.ljust(8, b"\0")
+        )
+        for one in reports(0.1)
+        for bus in (0, 1)
+    ]
+    autopilot.seq = 1
+    data = b"".join(one.pack(autopilot) for one in several)
+    told = readings(parse(text, tmp_path), [replace(heartbeat(START_S, 1), data=heartbeat(START_S, 1).data + data)])
+    assert isinstance(told[0][1], AutopilotHeartbeat)
+    assert {(link, type(reading)) for link, reading in told[1:]} == {
+        ("can0", ThrusterReport),
+        ("can0", ThrusterCommand),
+    }
 
 
 def kinds(told: list[tuple[str, object]]) -> set[type]:
