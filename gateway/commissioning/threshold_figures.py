@@ -37,6 +37,7 @@ def threshold_figure(peaks: FloatArray, fitted: Tail, caution: float, wanted_per
                     Line("caution", np.full(2, caution), np.array([bottom, top]), Colour.THRESHOLD, Dash.DASHED),
                     Level(f"wanted: {wanted_per_hour:g} per hour", float(np.log10(wanted_per_hour))),
                 ),
+                share=2.0,
                 y_range=(bottom, top + 0.2),
             ),
         ),
