@@ -12,7 +12,7 @@ from gateway.commissioning.part import Part, Quantity, Setting, Value
 from gateway.commissioning.peaks import Tail, counted
 from gateway.commissioning.speed_figures import speed_figures
 from gateway.commissioning.speed_learning import SQUARE, Learnt, MissingError, learn, percent
-from gateway.commissioning.speed_tolerance import Course, false_alarms, judged_hours, tail, tolerance_for, watched
+from gateway.commissioning.speed_tolerance import Watched, false_alarms, judged_hours, tail, tolerance_for, watched
 from gateway.config import Config
 
 SUBJECT = "speed"
@@ -82,7 +82,7 @@ def commission_speed(
 
 
 def tolerance_of(
-    courses: Sequence[Course], learnt: Learnt, settings: SpeedConfig, false_alarms_per_hour: float
+    courses: Sequence[Watched], learnt: Learnt, settings: SpeedConfig, false_alarms_per_hour: float
 ) -> Tolerance:
     """From what the watch saw of healthy dives; as configured, where that is too little."""
     law = tail(courses)

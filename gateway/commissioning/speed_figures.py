@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from detectors.speed import SpeedCurve
 from gateway.commissioning.speed_learning import Learnt
-from gateway.commissioning.speed_tolerance import Course
+from gateway.commissioning.speed_tolerance import Watched
 from gateway.plotting.figure import Band, Colour, Figure, Level, Line, Mark, Panel, Points
 
 FloatArray: TypeAlias = NDArray[np.float64]
@@ -22,19 +22,19 @@ STEADY = 0.05  # the thrust has changed by less meanwhile
 SERIES = (Colour.MEASURED, Colour.PREDICTED, Colour.RESIDUAL, Colour.COMMAND, Colour.OTHER)
 
 
-def speed_figures(learnt: Learnt, courses: Sequence[Course], tolerance: float) -> tuple[Figure, ...]:
+def speed_figures(learnt: Learnt, courses: Sequence[Watched], tolerance: float) -> tuple[Figure, ...]:
     """Speed over thrust, the headings that it was driven at, and how far the speed was off."""
     return tuple(_figures(learnt, courses, tolerance))
 
 
-def _figures(learnt: Learnt, courses: Sequence[Course], tolerance: float) -> Iterator[Figure]:
+def _figures(learnt: Learnt, courses: Sequence[Watched], tolerance: float) -> Iterator[Figure]:
     if isinstance(learnt.normal.speed, SpeedCurve):
         yield _over_thrust(learnt, learnt.normal.speed, courses, tolerance)
     yield _headings(learnt)
     yield _needed(courses, tolerance)
 
 
-def _over_thrust(learnt: Learnt, curve: SpeedCurve, courses: Sequence[Course], tolerance: float) -> Figure:
+def _over_thrust(learnt: Learnt, curve: SpeedCurve, courses: Sequence[Watched], tolerance: float) -> Figure:
     levels = learnt.fit.levels.commands
     x = np.linspace(min(0.0, *levels), max(0.0, *levels), 101)
     y = np.array([curve.speed_mps(one) if one else 0.0 for one in x.tolist()])
@@ -62,7 +62,7 @@ def _over_thrust(learnt: Learnt, curve: SpeedCurve, courses: Sequence[Course], t
     )
 
 
-def _points(course: Course) -> FloatArray:
+def _points(course: Watched) -> FloatArray:
     """(N, 2) thrust and speed, where the thrust was steady."""
     both = np.column_stack((course.command, course.speed_mps))
     return np.asarray(both[POINTS_S:][np.abs(course.command[POINTS_S:] - course.command[:-POINTS_S]) < STEADY])
@@ -94,7 +94,7 @@ def _headings(learnt: Learnt) -> Figure:
     )
 
 
-def _needed(courses: Sequence[Course], tolerance: float) -> Figure:
+def _needed(courses: Sequence[Watched], tolerance: float) -> Figure:
     """One dive after the other."""
     hours, marks = 0.0, []
     for number, course in enumerate(courses, start=1):

@@ -55,7 +55,7 @@ class Normal:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Course:
+class Watched:
     """What the watch saw of one dive, once a second where it knew something.
 
     Attributes:
@@ -84,7 +84,7 @@ class Course:
         return np.asarray(np.lib.stride_tricks.sliding_window_view(before, SUSTAINED).min(axis=1)[: len(off)])
 
 
-def watched(samples: Sequence[PoseSample], normal: Normal, config: SpeedConfig) -> Course:
+def watched(samples: Sequence[PoseSample], normal: Normal, config: SpeedConfig) -> Watched:
     """What the detector makes of a dive, given what is normal."""
     detector = SpeedDetector(normal.settings(config, WIDE))
     rows, newest_s = [], -np.inf
@@ -97,10 +97,10 @@ def watched(samples: Sequence[PoseSample], normal: Normal, config: SpeedConfig) 
         command = np.nan if sample.command is None else sample.command
         ratio, error = verdict.speed_mps / usual_mps, verdict.speed_error_mps / abs(usual_mps)
         rows.append((sample.time_s, command, verdict.speed_mps, ratio, error))
-    return Course(*np.array(rows, dtype=np.float64).reshape(-1, 5).T)
+    return Watched(*np.array(rows, dtype=np.float64).reshape(-1, 5).T)
 
 
-def tail(courses: Sequence[Course]) -> Tail | None:
+def tail(courses: Sequence[Watched]) -> Tail | None:
     """How often which tolerance, plus 1, is needed; None: too few seconds that the watch could judge.
 
     Plus 1, for a vehicle that keeps its speed well needs less than none, and only what is above 0 is a peak.
@@ -108,7 +108,7 @@ def tail(courses: Sequence[Course]) -> Tail | None:
     return tail_of(np.concatenate([*(block_maxima(one.time_s, 1.0 + one.needed)[1] for one in courses), np.empty(0)]))
 
 
-def judged_hours(courses: Sequence[Course]) -> float:
+def judged_hours(courses: Sequence[Watched]) -> float:
     """In which the watch knew something."""
     return sum(len(course.time_s) for course in courses) / 3600.0
 
