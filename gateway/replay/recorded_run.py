@@ -90,5 +90,6 @@ class RecordedRun:
         if ours == live:
             return f"the {len(live)} findings are those of the run itself" if live else ""
         why = "" if self._config.text == self._about.config else ", by another configuration"
+        why += f", and what came before part {self._about.part} is not there" if self._about.part > 1 else ""
         why += ", and something of it is lost" if any(one.lost for one in self._damage.values()) else ""
         return f"{len(ours)} findings, where the run itself had {len(live)}{why}"

@@ -19,7 +19,8 @@ from gateway.replay.reel import MergedLogs, Reel
 def reels(
     logs: Sequence[LogInput], config: Config, given_s: Mapping[Path, float] = MappingProxyType({})
 ) -> list[Reel]:
-    """Recordings of ours run by run, each as it was; all else, and recordings beside other logs, on one time line.
+    """Recordings of ours run by run, each as it was. All else is on one time line, and so are recordings that are
+    beside other logs, or of which one link is wanted.
 
     Args:
         logs: in any order.
@@ -30,7 +31,7 @@ def reels(
         OSError: a log cannot be read.
         ValueError: logs that do not go together, or that the configuration has no link for.
     """
-    if given_s or any(log.kind is not LogKind.RECORDING for log in logs):
+    if given_s or any(log.kind is not LogKind.RECORDING or log.link for log in logs):
         return [MergedLogs(on_one_clock(grouped(logs, config, given_s), config, given_s))]
     abouts = {log.path: read_about(log.path) for log in logs}
     return [RecordedRun(parts, config) for parts in runs_of(abouts)]

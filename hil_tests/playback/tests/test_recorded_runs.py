@@ -194,6 +194,21 @@ def test_one_link_of_it_beside_another_log(runs, tmp_path):
     assert result.duration_s == pytest.approx(SECONDS, abs=0.5)
 
 
+def test_one_link_of_it_alone(runs, tmp_path):
+    folder, *_ = runs
+    config = load(folder / CONFIG)
+    inputs = [log_input(f"can0={path}", config.links()) for path in of_run(folder, 1)]
+    result = replay(config, reels(inputs, config), tmp_path / "out", factories=FAKES)
+    assert result.levels["thruster 3 rpm"].name == "NORMAL"
+    assert "autopilot" not in result.levels
+
+
+def test_where_the_first_part_is_gone_it_is_said_why_the_findings_are_others(runs, tmp_path):
+    folder, *_ = runs
+    _, result = replayed(folder, of_run(folder, 0)[1:], tmp_path / "out")
+    assert "and what came before part 2 is not there" in "\n".join(result.lines())
+
+
 @pytest.mark.vcan
 @pytest.mark.timeout(300)
 def test_of_a_run_on_a_real_bus_too(tmp_path):
