@@ -191,7 +191,7 @@ def _phases(config: Config, request: Request, terms: Terms, result: ReplayResult
         several.append(_findings(path))
     found = [one for one in agreements(several) if one.finding.severity <= request.least]
     some = [one.line(request.phases, result.begin_s or 0.0, clock) for one in found if one.count < request.phases]
-    all_agree = f"phases: {len(found) - len(some)} findings at all {request.phases} phases of the samples"
+    all_agree = f"phases: {_count(len(found) - len(some))} at all {request.phases} phases of the samples"
     return _written(request.out / PHASES, [all_agree, *some])
 
 
@@ -214,7 +214,7 @@ def _diff(other: Config | None, request: Request, terms: Terms, result: ReplayRe
         for one in pairs
         if not one.alike
     ]
-    alike = f"against {request.against}: {len(pairs) - len(differ)} findings alike, {len(differ)} not"
+    alike = f"against {request.against}: {_count(len(pairs) - len(differ))} alike, {len(differ)} not"
     return _written(request.out / DIFF, [alike, *differ])
 
 
@@ -222,6 +222,10 @@ def _other(request: Request, name: str) -> Path:
     folder = request.out / OTHERS
     folder.mkdir(exist_ok=True)
     return folder / name
+
+
+def _count(findings: int) -> str:
+    return f"{findings} finding{'' if findings == 1 else 's'}"
 
 
 def _findings(path: Path) -> list[Finding]:
