@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 from detectors.navigation import NavigationConfig, NavigationSample
 from gateway.commissioning.dive import RecordedDive
@@ -19,7 +19,7 @@ from gateway.config_sections import Navigation
 
 SUBJECT = "navigation"
 
-Progress = Callable[[str, float], None]
+Progress = Callable[[str], None]
 Dives = Sequence[Sequence[NavigationSample]]
 
 
@@ -37,7 +37,7 @@ def commission_navigation(
         dives: with samples of their navigation sensors.
         false_alarms_per_hour: that are wanted.
         vouched: the user says that they are healthy, whatever was found in them.
-        progress: hears what is being done, and the time of the newest sample.
+        progress: hears what is being done.
 
     Raises:
         ValueError: the configuration has no `[navigation]`, or the wanted rate is not above 0.
@@ -51,7 +51,7 @@ def commission_navigation(
         return Part(SUBJECT, missing=faults)
     samples = [dive.motion for dive in dives if dive.motion]
     courses = [
-        navigation_course(one, navigation, settings, lambda time_s: progress("sensors", time_s)) for one in samples
+        navigation_course(one, navigation, settings) for one in _told(samples, "looking at the sensors", progress)
     ]
     lacking = missing(courses, navigation)
     learnt = learn(courses)
@@ -78,8 +78,14 @@ def _watched(
 ) -> list[Watched]:
     """Each dive with what the others have taught; of one alone, with its own."""
     seen = []
-    for index, one in enumerate(samples):
+    for index, one in enumerate(_told(samples, "looking for the threshold", progress)):
         others = [*courses[:index], *courses[index + 1 :]] or courses
         taught = learn(others).settings(settings)
-        seen.append(watched(one, navigation, taught, lambda time_s: progress("threshold", time_s)))
+        seen.append(watched(one, navigation, taught))
     return seen
+
+
+def _told(samples: Dives, what: str, progress: Progress) -> Iterator[Sequence[NavigationSample]]:
+    for number, one in enumerate(samples, start=1):
+        progress(f"{what}, dive {number} of {len(samples)}")
+        yield one

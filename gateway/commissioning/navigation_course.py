@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
@@ -28,7 +28,6 @@ from gateway.sensor_watch import SensorWatch
 
 FloatArray: TypeAlias = NDArray[np.float64]
 INSTALLATION = len(range(ALL_STATES)[INSTALLED])
-PROGRESS = 10_000  # samples after which it is told how far it is
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,23 +78,19 @@ def navigation_course(
     samples: Iterable[NavigationSample],
     navigation: Navigation,
     settings: NavigationConfig,
-    progress: Callable[[float], None] = lambda _: None,
 ) -> NavigationCourse:
     """Runs the filter over a dive, with alignment before it, as the gateway does.
 
     Args:
         samples: of the dive, in the order of their times.
         navigation, settings: of the watch; what it learns of the mounting, it learns whatever the settings say.
-        progress: hears the time of the newest sample, now and then.
     """
     seen = _Seen()
     learning = replace(settings, estimate_installation=True)
     watch = SensorWatch(navigation, learning, lambda *begin: _Filtered(seen, *begin))
-    for count, sample in enumerate(samples):
+    for sample in samples:
         seen.note(sample)
         watch.judge(sample)
-        if count % PROGRESS == 0:
-            progress(sample.time_s)
     return seen.course()
 
 

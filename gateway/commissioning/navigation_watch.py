@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from math import exp
 from typing import TypeAlias
@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from detectors.navigation import DepthSample, DvlSample, NavigationConfig, NavigationDetector, NavigationSample
 from detectors.navigation.thresholds import ONCE_AN_HOUR, PER_E_FOLD, ratio_threshold
-from gateway.commissioning.navigation_course import PROGRESS
 from gateway.commissioning.peaks import BLOCK_S, Tail, block_maxima
 from gateway.commissioning.peaks import tail as tail_of
 from gateway.config_sections import Navigation
@@ -52,17 +51,14 @@ def watched(
     samples: Iterable[NavigationSample],
     navigation: Navigation,
     settings: NavigationConfig,
-    progress: Callable[[float], None] = lambda _: None,
 ) -> Watched:
     """What the watch makes of a dive, without ever leaving a sensor out."""
     watch = SensorWatch(navigation, replace(settings, isolate=False), NavigationDetector)
     rows = []
-    for count, sample in enumerate(samples):
+    for sample in samples:
         verdict = watch.judge(sample).verdict
         if isinstance(sample, DvlSample | DepthSample) and settings.method in verdict.statistics:
             rows.append((sample.time_s, verdict.statistics[settings.method]))
-        if count % PROGRESS == 0:
-            progress(sample.time_s)
     return Watched(*np.array(rows).reshape(-1, 2).T)
 
 

@@ -129,7 +129,9 @@ def _others(
         from gateway.commissioning.navigation import commission_navigation
 
         tell("learning the navigation sensors")
-        yield commission_navigation(config, dives, wishes.false_alarms_per_hour, wishes.vouched)
+        yield commission_navigation(
+            config, dives, wishes.false_alarms_per_hour, wishes.vouched, lambda what: tell(f"navigation: {what}")
+        )
 
 
 def _with_reached(part: Part, known: Taught) -> Part:

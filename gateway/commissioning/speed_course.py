@@ -49,7 +49,7 @@ class Track:
 
     @classmethod
     def of(cls, samples: Sequence[PoseSample]) -> Track:
-        """The columns of samples in the order of their times."""
+        """The columns of samples in the order of their times; one that is not finite is left out, as the watch does."""
         told = any(one.command is not None for one in samples)
         unknown = nan if told else UNITY
         rows = [
@@ -63,7 +63,8 @@ class Track:
             )
             for one in samples
         ]
-        return cls(*np.array(rows, dtype=np.float64).reshape(-1, 6).T)
+        found = np.array(rows, dtype=np.float64).reshape(-1, 6)
+        return cls(*found[np.isfinite(found[:, :4]).all(axis=1)].T)
 
     @property
     def interval_s(self) -> FloatArray:

@@ -87,6 +87,11 @@ def test_a_heading_that_goes_through_north_goes_the_short_way():
     assert way == pytest.approx((BLOCK_S, 0.0), abs=0.05)
 
 
+def test_a_sample_that_is_not_finite_is_left_out():
+    poses = [PoseSample(float(t), float("nan") if t == 5 else 0.1 * t, 0.0, 0.0, command=0.5) for t in range(30)]
+    assert Track.of(poses).time_s.tolist() == [*range(5), *range(6, 30)]
+
+
 def test_without_samples_there_is_nothing():
     track = Track.of([])
     assert len(Levels.driven([track]).commands) == 0
