@@ -49,7 +49,7 @@ class Track:
 
     @classmethod
     def of(cls, samples: Sequence[PoseSample]) -> Track:
-        """The columns of samples in the order of their times; one that is not finite is left out, as the watch does."""
+        """The columns of samples in the order of their times; what is not finite is left out, as the watch does."""
         told = any(one.command is not None for one in samples)
         unknown = nan if told else UNITY
         rows = [
