@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
+from warnings import catch_warnings, filterwarnings
 
 from gateway.plotting.clock import clock
 from gateway.plotting.extent import reach, time_ticks
@@ -51,7 +52,10 @@ def save_picture(figure: Figure, path: Path) -> None:
     import matplotlib as mpl
 
     metadata = {"Date": None} if path.suffix.lower() == ".svg" else {"Software": None}
-    with mpl.rc_context(LOOK):
+    with mpl.rc_context(LOOK), catch_warnings():
+        filterwarnings(
+            "ignore", "Glyph ", UserWarning
+        )  # a name in letters that the font lacks: a box stands for each
         canvas_of(figure).savefig(path, dpi=DOTS_PER_IN, facecolor="white", metadata=metadata)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -20,6 +21,12 @@ from gateway.plotting.tests.marks import EMPTY, from_above, line, over_time, sin
 @pytest.fixture(name="axes")
 def _axes() -> Axes:
     return Canvas().subplots()
+
+
+def test_a_name_in_letters_that_no_font_has_is_no_matter(tmp_path: Path) -> None:
+    """Nothing is warned of, which tests take for an error."""
+    save_picture(replace(over_time(*sine()), title="Thruster 1 (\u63a8\u9032\u5668)"), tmp_path / "x.png")
+    assert (tmp_path / "x.png").stat().st_size > 0
 
 
 def test_every_mark_is_there(axes: Axes) -> None:
