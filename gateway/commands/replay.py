@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from pathlib import Path
 
 import click
@@ -98,7 +99,7 @@ def replay(
         )
         account = replayed(request, console)
     except (ConfigError, ValueError, OSError) as error:
-        raise _failed(_words(error)) from error
+        raise _failed(_words(error, out)) from error
     except KeyboardInterrupt as error:  # click would end with 1: as if faults were found
         raise _failed(f"interrupted; what was found until then is in {out / FINDINGS}") from error
     for line in account.lines:
@@ -113,7 +114,9 @@ def _failed(reason: str) -> click.exceptions.Exit:
     return click.exceptions.Exit(FAILED)
 
 
-def _words(error: Exception) -> str:
-    if isinstance(error, OSError) and error.filename is not None:
-        return f"{error.filename}: {error.strerror}"
-    return str(error)
+def _words(error: Exception, out: Path) -> str:
+    if not isinstance(error, OSError):
+        return str(error)
+    if error.filename is None and error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+        return f"{out}: {error.strerror}; make room, or name another folder by --out"
+    return f"{error.filename}: {error.strerror}" if error.filename is not None else str(error)

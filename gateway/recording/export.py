@@ -53,6 +53,9 @@ class Exported:
         return [*(said or [f"{self.folder}: nothing was recorded"]), *lost]
 
 
+_UNKNOWN = 0  # which part of its run a file is, where what it says of itself is damaged
+
+
 def runs(files: Iterable[Path]) -> list[Run]:
     """These recordings, run by run.
 
@@ -63,7 +66,8 @@ def runs(files: Iterable[Path]) -> list[Run]:
     by_run: defaultdict[str, list[tuple[int, Path]]] = defaultdict(list)
     for path in files:
         run, part = _identity(path)
-        by_run[run].append((part, path))
+        if part == _UNKNOWN or part not in {known for known, _ in by_run[run]}:  # a copy is not exported again
+            by_run[run].append((part, path))
     several = {run: tuple(path for _, path in sorted(parts)) for run, parts in by_run.items()}
     names = Counter(map(_name, several.values()))
     return [
@@ -158,5 +162,5 @@ def _identity(path: Path) -> tuple[str, int]:
         about = read_about(path)
     except ValueError:
         read_entries(path, DamageReport())  # raises where it is no recording at all
-        return path.stem, 0
+        return path.stem, _UNKNOWN
     return about.run, about.part

@@ -38,10 +38,14 @@ def reels(
 
 
 def runs_of(abouts: Mapping[Path, About]) -> Iterator[list[tuple[Path, About]]]:
-    """Parts that follow each other, in the order of time. Behind one that is missing, another reel begins."""
+    """Parts that follow each other, in the order of time; one that is there twice counts once. Behind one that is
+    missing, another reel begins.
+    """
     parts: list[tuple[Path, About]] = []
     for path, about in sorted(abouts.items(), key=lambda one: (one[1].started_s, one[1].run, one[1].part)):
         before = parts[-1][1] if parts else about
+        if parts and (before.run, before.part) == (about.run, about.part):
+            continue
         if parts and (before.run, before.part + 1) != (about.run, about.part):
             yield parts
             parts = []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from shlex import join
@@ -66,7 +67,13 @@ def write_page(dive: Dive, figures: Sequence[Figure], again: Sequence[str], path
     Raises:
         OSError: it cannot be written.
     """
-    path.write_text(page(dive, figures, again), encoding="utf-8")
+    text = page(dive, figures, again)
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError:
+        with suppress(OSError):
+            path.unlink()  # half a page would open, and show nothing
+        raise
 
 
 def page(dive: Dive, figures: Sequence[Figure], again: Sequence[str]) -> str:

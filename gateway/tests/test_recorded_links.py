@@ -218,3 +218,9 @@ def test_parts_of_a_run_follow_each_other_and_behind_a_missing_one_another_begin
     runs = list(runs_of({Path(f"{one.run}{one.part}"): one for one in said}))
     assert [[path.name for path, _ in parts] for parts in runs] == [["a1", "a2"], ["a4", "a5"], ["b1"]]
     assert list(runs_of({})) == []
+
+
+def test_a_part_that_is_there_twice_is_judged_once():
+    said = {Path(f"{folder}/{part}"): about("a", part, 10.0) for folder in ("dive", "copies") for part in (1, 2)}
+    (parts,) = runs_of(said)
+    assert [one.part for _, one in parts] == [1, 2]

@@ -118,3 +118,10 @@ def test_an_export_takes_the_place_of_an_earlier_one(tmp_path: Path, journal: Wa
     export(run, tmp_path / "out")
     assert not stale.exists()
     assert texts(stale.with_name(HEARD))
+
+
+def test_a_file_that_is_named_twice_is_exported_once(tmp_path: Path, journal: Waiting):
+    dive(journal, seconds=1)
+    (path,) = record(tmp_path / "recordings", journal)
+    (run,) = runs([path, tmp_path / "recordings" / ".." / "recordings" / path.name])
+    assert run.files == (path,)
