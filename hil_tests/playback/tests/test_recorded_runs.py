@@ -212,14 +212,14 @@ def test_where_the_first_part_is_gone_it_is_said_why_the_findings_are_others(run
 @pytest.mark.vcan
 @pytest.mark.timeout(300)
 def test_of_a_run_on_a_real_bus_too(tmp_path):
-    """The program that users run, in its own time."""
-    scenario = TROUBLED.model_copy(update={"duration_s": 12.0})
-    outcome = play(scenario, tmp_path / "scenario.yaml", tmp_path / "play", Way(channel=INTERFACE))
+    """In its own time; frames are stamped by the kernel."""
+    scenario, way = TROUBLED.model_copy(update={"duration_s": 12.0}), Way(channel=INTERFACE, program=False)
+    outcome = play(scenario, tmp_path / "scenario.yaml", tmp_path / "play", way, factories=FAKES)
     assert outcome.broken is None
     lost = [line for line in outcome.gateway_lines if "machine too slow" in line or "no time at the end" in line]
     if lost:  # nobody wrote down which
         pytest.skip(f"the gateway itself has not judged all: {lost[0]}")
     folder = tmp_path / "play"
-    lines, _ = replayed(folder, recordings(folder), tmp_path / "out", factories=None)
+    lines, _ = replayed(folder, recordings(folder), tmp_path / "out")
     assert lines == (folder / FINDINGS).read_text().splitlines()
     assert any('"thruster 3 esc", "level": "SUSPECT"' in line for line in lines)
