@@ -41,7 +41,7 @@ class Scribe:
         self._file: PartFile | None = None
         self._begun_s = 0.0
         self._largest = self._bytes_before = 0
-        self._parts = about.part - 1
+        self._parts = self._number = about.part - 1
         self._told_large = False
         self.path: Path | None = None
 
@@ -124,15 +124,16 @@ class Scribe:
     def _begun(self, items: Sequence[Item]) -> PartFile:
         for path in make_room(self._folder, self._settings.budget_mb * MB - self._file_max):
             log.info("recording %s is deleted: all may take %g MB", path.name, self._settings.budget_mb)
+        number = self._number + 1
+        while (path := self._path(number)).exists():  # of another run that began in the same second
+            number += 1
         part = self._parts + 1
-        while (path := self._path(part)).exists():  # of another run that began in the same second
-            part += 1
         file = PartFile(path, replace(self._about, part=part), first_place(items) - 1)
-        self.path, self._parts, self._begun_s = path, part, self._now()
+        self.path, self._parts, self._number, self._begun_s = path, part, number, self._now()
         return file
 
-    def _path(self, part: int) -> Path:
-        return self._folder / file_name(self._about.vehicle, self._about.started_s, part)
+    def _path(self, number: int) -> Path:
+        return self._folder / file_name(self._about.vehicle, self._about.started_s, number)
 
     def _abandon(self) -> None:
         file, self._file = self._file, None

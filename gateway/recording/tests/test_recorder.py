@@ -92,6 +92,22 @@ def test_two_runs_of_the_same_second(tmp_path: Path):
     assert [read_about(one.path).run for one in recordings(tmp_path)] == ["a", "b"]
 
 
+def test_two_runs_of_the_same_second_that_go_on_side_by_side(tmp_path: Path):
+    """Parts of each are counted on their own: where a number is missing, a replay takes a part for lost."""
+    now_s = START_S
+    several = {
+        run: Scribe(settings(tmp_path, file_max_minutes=1.0), about(run=run), lambda: now_s) for run in ("a", "b")
+    }
+    for minute in range(3):
+        now_s = START_S + 60.0 * minute
+        for scribe in several.values():
+            scribe.write([Tick(1 + minute, now_s)])
+    for scribe in several.values():
+        scribe.close()
+    found = [read_about(one.path) for one in recordings(tmp_path)]
+    assert [(one.run, one.part) for one in found] == [("a", 1), ("b", 1), ("a", 2), ("b", 2), ("a", 3), ("b", 3)]
+
+
 def test_the_budget_takes_the_oldest(tmp_path: Path):
     other = tmp_path / "dive of last year.mcap"
     other.write_bytes(bytes(3_000_000))
