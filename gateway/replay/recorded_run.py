@@ -77,10 +77,16 @@ class RecordedRun:
         """See `Reel`."""
         result.add_drops(self._links.drops())
         result.unused += self._links.unused
-        remarks = [one for one in (self._links.remark, self._foreign, self._as_live(found)) if one]
+        remarks = [one for one in (self._other, self._links.remark, self._foreign, self._as_live(found)) if one]
         for path, damage in self._damage.items():
             result.add_log(path, damage, remarks)
             remarks = []  # of the run, and said once
+
+    @property
+    def _other(self) -> str:
+        """Whether it is of another vehicle."""
+        recorded, judged = self._about.vehicle, self._config.vehicle.name
+        return "" if recorded == judged else f"recorded on {recorded}, judged as {judged}"
 
     def _as_live(self, found: Sequence[Finding] | None) -> str:
         """Whether the run itself found the same."""

@@ -136,6 +136,13 @@ def test_a_log_of_another_vehicle_is_told_to_be_none_of_ours(replay, tmp_path: P
     assert "nothing in these logs is of a link" in result.stderr
 
 
+def test_a_recording_of_another_vehicle_is_told(folder: Path, tmp_path: Path):
+    other = tmp_path / "other.toml"
+    other.write_text((folder / "vehicle.toml").read_text().replace("Test vehicle", "The other one"))
+    words = ["replay", str(other), str(folder / "dive.mcap"), "--out", str(tmp_path / "out"), "--no-report"]
+    assert "recorded on Test vehicle, judged as The other one" in CliRunner().invoke(main, words).stdout
+
+
 def test_a_dive_of_a_second_has_a_report(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(os, "cpu_count", lambda: 1)
     log, out = write_candump(tmp_path / "short.log", dronecan(1.0)), tmp_path / "out"
