@@ -15,7 +15,7 @@ from gateway.config import Config, load
 from gateway.findings import Finding
 from gateway.replay.log_input import log_input
 from gateway.replay.offsets import offsets_s
-from gateway.report import PAGE
+from gateway.report import PAGE, PICTURES
 from gateway.severity import Severity
 
 if TYPE_CHECKING:
@@ -164,7 +164,8 @@ def _drawn(report: Report | None, request: Request, result: ReplayResult, bar: R
     if report is None or result.told_from_s is None:
         return []
     report.write(result, request.out, request.words, pictures=request.plots, progress=bar.drawing)
-    return [f"report: {path}"]
+    pictures = [f"plots: {request.out / PICTURES}"] if request.plots else []
+    return [f"report: {path}", *pictures]
 
 
 def _unusable(result: ReplayResult, terms: Terms) -> str:

@@ -53,7 +53,9 @@ def test_pictures_where_they_are_wanted(out: Path) -> None:
     (out / "plots").mkdir(parents=True)
     for left in ("thruster-9.png", "notes.txt"):
         (out / "plots" / left).write_text("of an earlier replay, and of the user")
-    assert replayed(out, "calm.log", "--plots").exit_code == 0
+    result = replayed(out, "calm.log", "--plots")
+    assert result.exit_code == 0
+    assert f"plots: {out / 'plots'}" in result.stdout.replace("\n", "")
     found = {path.name for path in (out / "plots").iterdir()}
     assert {"thruster-1.png", "thruster-1.svg", "notes.txt"} <= found
     assert "thruster-9.png" not in found
