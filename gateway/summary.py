@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 from detectors.verdict import Level
@@ -40,20 +40,24 @@ class Summary:
             f"received: {listed(self.frames)}",
             *(f"dropped at {place}: {listed(causes)}" for place, causes in self.drops.items() if causes),
             f"findings: {listed(self.findings)}",
-            f"levels: {worst_first(self.levels)}",
+            f"levels: {worst_first(self.levels, self.unjudged)}",
             *(f"{subject}: {remark}" for subject, remark in self.remarks.items()),
             *([f"never judged: {', '.join(self.unjudged)}"] if self.unjudged else []),
         ]
 
 
-def worst_first(levels: Mapping[str, Level]) -> str:
-    """The subjects that are not NORMAL, by name: what is well need not be listed."""
+def worst_first(levels: Mapping[str, Level], unjudged: Collection[str] = ()) -> str:
+    """The subjects that are not NORMAL, by name: what is well need not be listed.
+
+    `unjudged`: subjects of which nothing is known, and which are listed elsewhere.
+    """
+    judged = "judged " if unjudged else ""
     named = [subject for subject, level in levels.items() if level is not Level.NORMAL]
     if not named:
-        return "all NORMAL" if levels else "none"
+        return f"all {judged}NORMAL" if levels else "none"
     named.sort(key=lambda subject: levels[subject], reverse=True)
     told = ", ".join(f"{subject} {levels[subject].name}" for subject in named)
-    return told if len(named) == len(levels) else f"{told}, all others NORMAL"
+    return told if len(named) == len(levels) else f"{told}, all others {judged}NORMAL"
 
 
 def listed(counts: Counter[str]) -> str:

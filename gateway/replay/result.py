@@ -105,7 +105,7 @@ class ReplayResult:
             ),
             *(f"dropped at {place}: {listed(causes)}" for place, causes in self.drops.items() if causes),
             f"findings: {listed(self.findings)}",
-            f"levels: {worst_first(self.levels)}",
+            f"levels: {worst_first(self.levels, self.unjudged)}",
             *(f"{subject}: {remark}" for subject, remark in self.remarks.items()),
             *([f"never judged: {', '.join(self.unjudged)}"] if self.unjudged else []),
         ]

@@ -271,6 +271,22 @@ def test_summary_names_only_what_is_not_normal_the_worst_first(last, line):
     assert line in Summary(levels=last).lines()
 
 
+@pytest.mark.parametrize(
+    ("last", "line"),
+    [
+        ({"gateway": Level.NORMAL}, "levels: all judged NORMAL"),
+        (
+            {"gateway": Level.NORMAL, "link can0": Level.SUSPECT},
+            "levels: link can0 SUSPECT, all others judged NORMAL",
+        ),
+    ],
+)
+def test_summary_calls_nothing_normal_that_was_never_judged(last, line):
+    lines = Summary(levels=last, unjudged=["thruster 1"]).lines()
+    assert line in lines
+    assert "never judged: thruster 1" in lines
+
+
 NOW = Moment("this boot", 1000.0, 1.7e9)
 
 
