@@ -42,7 +42,7 @@ class Pair:
 
     def line(self, other: str) -> str:
         """What differs, in words. `other`: what the other replay is called."""
-        found, text = self._either, f"{self._either.subject} {self._either.level.name}"
+        found, text = self._either, _named(self._either)
         if self.there is None:
             return f"{text}: not with {other} ({found.text})"
         if self.here is None:
@@ -98,7 +98,8 @@ class Agreement:
         """
         first, last = clock(self.first_s - begin_s), clock(self.last_s - begin_s)
         when = first if first == last else f"{first} to {last}"
-        return f"{self.finding.subject} {self.finding.level.name} at {when} in {self.count} of {of} phases"
+        text = f" ({self.finding.text})" if self.finding.detector in NOTES else ""
+        return f"{_named(self.finding)}{text} at {when} in {self.count} of {of} phases"
 
 
 def agreements(replays: Sequence[Sequence[Finding]], within_s: float = WITHIN_S) -> list[Agreement]:
@@ -116,6 +117,11 @@ def _again(known: Agreement, time_s: float | None) -> Agreement:
     if time_s is None:
         return known
     return replace(known, count=known.count + 1, first_s=min(known.first_s, time_s), last_s=max(known.last_s, time_s))
+
+
+def _named(finding: Finding) -> str:
+    """A note has no level: it says what was asked or done."""
+    return finding.detector if finding.detector in NOTES else f"{finding.subject} {finding.level.name}"
 
 
 def _subject(finding: Finding) -> Hashable:

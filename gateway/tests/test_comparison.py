@@ -43,6 +43,16 @@ def test_what_differs_is_said(here, there, said):
     assert pair.line("b.toml") == said
 
 
+HOLD = Finding(5.0, "failsafe", "vehicle", Level.SUSPECT, 1.0, "Hold done for T3", Severity.CRITICAL)
+
+
+def test_what_was_asked_of_the_autopilot_has_no_level():
+    (pair,) = compared([HOLD], [])
+    assert pair.line("b.toml") == "failsafe: not with b.toml (Hold done for T3)"
+    (one,) = agreements([[HOLD], []])
+    assert one.line(2, 0.0, clock) == "failsafe (Hold done for T3) at 5s in 1 of 2 phases"
+
+
 def test_the_nearest_in_time_go_together():
     pairs = compared([finding(10.0), finding(20.0)], [finding(19.0), finding(11.0)])
     assert [(pair.time_s, pair.shift_s) for pair in pairs] == [(10.0, 1.0), (20.0, -1.0)]
