@@ -45,7 +45,10 @@ def quantities(driven: Excitation, answer: ThrusterResponse | None) -> Iterator[
     if answer is None:
         return
     curve = answer.curve
-    top, of = int(np.argmax(np.abs(curve.speed_rpm))), f"from {answer.stretches} stretches"
+    top, of = (
+        int(np.argmax(np.abs(curve.speed_rpm))),
+        f"from {answer.stretches} {'stretch' if answer.stretches == 1 else 'stretches'}",
+    )
     supply = f" at {curve.supply_v:.1f} V" if np.isfinite(curve.supply_v) else ""
     yield Quantity(
         "steady speed",
