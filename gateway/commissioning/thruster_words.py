@@ -45,15 +45,12 @@ def quantities(driven: Excitation, answer: ThrusterResponse | None) -> Iterator[
     if answer is None:
         return
     curve = answer.curve
-    top, of = (
-        int(np.argmax(np.abs(curve.speed_rpm))),
-        f"from {answer.stretches} {'stretch' if answer.stretches == 1 else 'stretches'}",
-    )
+    top, plural = int(np.argmax(np.abs(curve.speed_rpm))), "" if answer.stretches == 1 else "es"
     supply = f" at {curve.supply_v:.1f} V" if np.isfinite(curve.supply_v) else ""
     yield Quantity(
         "steady speed",
         f"{curve.speed_rpm[top]:.0f} rpm at {curve.command[top]:+.0%}{supply}",
-        f"+-{curve.relative_error():.1%}, {of}",
+        f"+-{curve.relative_error():.1%}, from {answer.stretches} stretch{plural}",
     )
     yield Quantity("delay", *_seconds(answer.delay_s))
     yield Quantity("lag", *_seconds(answer.lag_s))
