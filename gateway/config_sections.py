@@ -31,8 +31,9 @@ Direction = Annotated[float, Field(ge=0, le=360)]
 Longitude = Annotated[float, Field(ge=-180, le=360)]
 PathText = Annotated[Path, Strict(False)]
 Triple = Annotated[tuple[float, float, float], Strict(False)]
-HalfTurn = Annotated[float, Field(ge=-180, le=180)]
-Angles = Annotated[tuple[HalfTurn, HalfTurn, HalfTurn], Strict(False)]
+# the navigation filter's model of a mounting is that of a small rotation
+SmallAngle = Annotated[float, Field(ge=-20, le=20)]
+SmallAngles = Annotated[tuple[SmallAngle, SmallAngle, SmallAngle], Strict(False)]
 
 
 def _several(value: object) -> object:
@@ -272,7 +273,10 @@ class Navigation(Section):
     dvl_lever_arm_m: Triple = Field(
         (0.0, 0.0, 0.0), description="from the inertial unit to the DVL: [forward, right, down]"
     )
-    dvl_mounting_deg: Angles = Field((0.0, 0.0, 0.0), description="of the DVL in the vehicle: [roll, pitch, yaw]")
+    dvl_mounting_deg: SmallAngles = Field(
+        (0.0, 0.0, 0.0),
+        description="of the DVL in the vehicle: [roll, pitch, yaw]; one that is turned further, its own driver turns back",
+    )
     dvl_delay_s: float = Field(0.0, ge=-2, le=2, description="by which the DVL's samples come later")
     lstm_model: PathText | None = Field(None, description="of gateway train; left out: the one that comes along")
 

@@ -45,7 +45,7 @@ def test_settings_reach_the_detector(tmp_path):
     text = """
 [navigation]
 dvl_lever_arm_m = [-1.85, 0, 0.1]
-dvl_mounting_deg = [0, 0, 45]
+dvl_mounting_deg = [0, 0, 15]
 dvl_delay_s = -0.5
 lstm_model = "mine.npz"
 [detector.navigation]
@@ -59,7 +59,7 @@ isolate = false
         dvl_noise_mps=0.01,
         isolate=False,
         dvl_lever_arm_m=(-1.85, 0.0, 0.1),
-        dvl_mounting_rad=(0.0, 0.0, radians(45.0)),
+        dvl_mounting_rad=(0.0, 0.0, radians(15.0)),
         dvl_delay_s=-0.5,
         lstm_model=tmp_path / "mine.npz",
     )
@@ -72,7 +72,7 @@ WRONG = {
     "density in g": ("water_density_kgm3 = 1.025", "navigation.water_density_kgm3", "kg/m3?"),
     "pressure in hPa": ("surface_pressure_pa = 1013.25", "navigation.surface_pressure_pa", "Pa?"),
     "two of three": ("dvl_lever_arm_m = [1, 2]", "navigation.dvl_lever_arm_m", "[forward, right, down]"),
-    "turned twice": ("dvl_mounting_deg = [0, 0, 450]", "navigation.dvl_mounting_deg.2", "180"),
+    "turned too far for a small rotation": ("dvl_mounting_deg = [0, 0, 45]", "navigation.dvl_mounting_deg.2", "20"),
     "ms": ("dvl_delay_s = 500", "navigation.dvl_delay_s", "2"),
     "no model": ('lstm_model = "lost.npz"', "navigation.lstm_model", "no such file"),
     "nothing": ('dvl = "none"\ndepth = "none"', "navigation.dvl", "leaves nothing to watch"),
