@@ -275,7 +275,7 @@ class Navigation(Section):
     )
     dvl_mounting_deg: SmallAngles = Field(
         (0.0, 0.0, 0.0),
-        description="of the DVL in the vehicle: [roll, pitch, yaw]; one that is turned further, its own driver turns back",
+        description="of the DVL in the vehicle: [roll, pitch, yaw]; beyond it, set the orientation in its own driver",
     )
     dvl_delay_s: float = Field(0.0, ge=-2, le=2, description="by which the DVL's samples come later")
     lstm_model: PathText | None = Field(None, description="of gateway train; left out: the one that comes along")
