@@ -167,7 +167,10 @@ def _samples(
     report = measured[pair + 1 - len(before)]
     time_s = (index + aligner.phase) / rate_hz
     command = held.mean(
-        (index - 1 + aligner.phase) / rate_hz, time_s, held.remembered + commands_before[report] - 1, aligner.held.stale_s
+        (index - 1 + aligner.phase) / rate_hz,
+        time_s,
+        held.remembered + commands_before[report] - 1,
+        aligner.held.stale_s,
     )
     share = np.clip((time_s - times_s[pair]) / (times_s[pair + 1] - times_s[pair]), 0.0, 1.0)
     samples = SampleColumns(

@@ -380,6 +380,4 @@ def _channels(config: Config, factories: Factories, phase: float) -> Iterator[Ch
     if speed is not None and config.speed is not None and config.detector.speed is not None:
         yield SpeedChannel(config.speed, config.detector.speed, config, speed)
     if navigation is not None and config.navigation is not None and config.detector.navigation is not None:
-        yield NavigationChannel(
-            config.navigation, config.detector.navigation, config.supervisor.silent_s, navigation
-        )
+        yield NavigationChannel(config.navigation, config.detector.navigation, config.supervisor.silent_s, navigation)
