@@ -61,7 +61,7 @@ def commission(
     """Learn from healthy dives what CONFIG needs, and say how sure that is.
 
     LOG is what `gateway replay` takes. Logs of one folder are of one dive, or of dives one after the other; the more
-    dives, the better. An hour with all manoeuvres that are usual is good, ten minutes are the least.
+    dives, the better. An hour with all usual manoeuvres is good; of less than ten minutes, not all is learnt.
 
     \b
     thrusters     curve, delay, lag; a threshold for the rate of false alarms; the first run knows them already

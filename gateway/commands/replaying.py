@@ -198,7 +198,7 @@ def _phases(config: Config, request: Request, terms: Terms, result: ReplayResult
 
 def _diff(other: Config | None, request: Request, terms: Terms, result: ReplayResult, bar: ReplayBar) -> list[str]:
     """What another configuration would find."""
-    from gateway.replay.comparison import compared
+    from gateway.replay.comparison import SHIFT_MIN_S, compared
 
     if request.against is None or other is None:
         return []
@@ -215,7 +215,9 @@ def _diff(other: Config | None, request: Request, terms: Terms, result: ReplayRe
         for one in pairs
         if not one.alike
     ]
-    alike = f"against {request.against}: {_count(len(pairs) - len(differ))} alike, {len(differ)} not"
+    alike = (
+        f"against {request.against}: {_count(len(pairs) - len(differ))} alike to {SHIFT_MIN_S:g} s, {len(differ)} not"
+    )
     return _written(request.out / DIFF, [alike, *differ])
 
 

@@ -91,7 +91,7 @@ def test_another_configuration_beside(replay, folder, tmp_path):
     assert all(line in result.stdout for line in lines)
     replay("bus.toml", "dive.log", "--against", "bus.toml", "--no-report")
     (line,) = (tmp_path / "out" / "diff.txt").read_text().splitlines()
-    assert line.endswith(" alike, 0 not")
+    assert line.endswith(" alike to 0.5 s, 0 not")
 
 
 def test_a_share_of_the_log_is_known_while_it_is_read(folder, tmp_path):
