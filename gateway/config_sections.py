@@ -8,8 +8,9 @@ from __future__ import annotations
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Literal
+from unicodedata import category
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, Strict
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, Strict
 
 from drivers.can.dbc import SpeedUnit
 from drivers.can.vesc import Control
@@ -41,6 +42,16 @@ def _several(value: object) -> object:
     return [value] if isinstance(value, int) else value
 
 
+def _printable(name: str) -> str:
+    """Names stand on terminals and in pictures, where control characters do harm."""
+    if any(category(letter) == "Cc" for letter in name):
+        raise ValueError("want letters that can be printed: there is a control character among them")
+    return name
+
+
+Name = Annotated[str, Field(min_length=1), AfterValidator(_printable)]
+
+
 class Section(BaseModel):
     """A table of the file. A key that is not listed in it is an error."""
 
@@ -50,7 +61,7 @@ class Section(BaseModel):
 class Vehicle(Section):
     """`[vehicle]`"""
 
-    name: str = Field(min_length=1, description='what the logs call the vehicle, e.g. "BlueROV2 Heavy"')
+    name: Name = Field(description='what the logs call the vehicle, e.g. "BlueROV2 Heavy"')
 
 
 class CanBus(Section):
@@ -159,7 +170,7 @@ class Thruster(Section):
     """`[[thruster]]`: one thruster, with where its command and its speed are read."""
 
     number: int = Field(ge=1, le=99, description="number of the thruster on the vehicle, from 1")
-    name: str | None = Field(None, min_length=1, description='in words, e.g. "front left"')
+    name: Name | None = Field(None, description='in words, e.g. "front left"')
     command: CommandSource = Field(description='e.g. { link = "can0", esc_index = 0 }')
     rpm: RpmSource = Field(description='e.g. { link = "can0", esc_index = 0 }')
     ahead: Share = Field(

@@ -139,6 +139,9 @@ def _clear(out: Path) -> None:
     out.mkdir(parents=True, exist_ok=True)
     for name in (SUMMARY, DIFF, PHASES, PAGE):
         (out / name).unlink(missing_ok=True)
+    for suffix in (".png", ".svg"):
+        for picture in (out / PICTURES).glob(f"*{suffix}"):
+            picture.unlink()
 
 
 def _judged(

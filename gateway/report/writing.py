@@ -47,7 +47,7 @@ class Report:
 
         Args:
             result: what the replay came to.
-            folder: for `PAGE`, and for the folder `PICTURES`; what an earlier report left there is replaced.
+            folder: for `PAGE`, and for the folder `PICTURES`; exists.
             again: the command that replays it once more, in words as a shell gets them.
             pictures: whether there are pictures, too.
             progress: hears what is being drawn.
@@ -65,9 +65,6 @@ class Report:
 
 def _save(drawn: Sequence[Figure], folder: Path, progress: Callable[[str], None]) -> None:
     folder.mkdir(exist_ok=True)
-    for old in folder.iterdir():
-        if old.suffix in SUFFIXES:
-            old.unlink()
     for figure in drawn:
         progress(figure.title)
         for suffix in SUFFIXES:

@@ -144,6 +144,10 @@ CLASHES = {
         "thruster[number=1].command.servo_channel",
     ),
     "no thruster": ("", "thruster"),
+    "a name that commands the terminal": (
+        thruster(1, ESC(0), ESC(0)) + 'name = "T\\u001b[2J"',
+        "thruster[number=1].name",
+    ),
     "no autopilot": (thruster(1, ESC(0), ESC(0)) + "[failsafe]\nthruster_fault = 'hold'", "failsafe.thruster_fault"),
     "can twice": ('[[can]]\nname = "can0"\nchannel = "c"\nprotocol = "dronecan"', "can[name=can0].name"),
     "a bus called mavlink": (

@@ -65,8 +65,11 @@ def test_pictures_where_they_are_wanted(out: Path) -> None:
 def test_none_where_it_is_not_wanted_nor_that_of_an_earlier_replay(out: Path) -> None:
     assert replayed(out, "calm.log").exit_code == 0
     assert (out / "report.html").exists()
+    (out / "plots").mkdir()
+    (out / "plots" / "timeline.svg").write_text("of an earlier replay")
     result = replayed(out, "calm.log", "--no-report")
     assert result.exit_code == 0
+    assert not (out / "plots" / "timeline.svg").exists()
     assert "report" not in result.stdout
     assert not (out / "report.html").exists()
 
