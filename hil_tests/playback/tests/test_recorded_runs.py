@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import time
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,7 @@ from gateway.config import load
 from gateway.control.protocol import Answer, Request
 from gateway.pipeline import Factories
 from gateway.recording.reading import read_about
+from gateway.recording.recorder import CHUNK_S
 from gateway.replay.log_input import log_input
 from gateway.replay.reels import reels
 from gateway.replay.result import ReplayResult
@@ -67,6 +69,7 @@ class RecordedStage(Stage):
     async def _play_simulated(self, opened: Opened, lead_s: float = 0.0) -> None:
         async with asyncio.TaskGroup() as group:
             group.create_task(self._operator(opened))
+            group.create_task(self._parts(opened))
             await super()._play_simulated(opened, lead_s)
 
     async def _operator(self, opened: Opened) -> None:
@@ -77,6 +80,24 @@ class RecordedStage(Stage):
             writer.write(request.line())
             assert Answer.parse(await reader.readline()).ok
             writer.close()
+
+    async def _parts(self, opened: Opened) -> None:
+        """Files end by the clock of the run, which is done here before the disk is looked at: it has to wait."""
+        begin_s = opened.clock.now()
+        for at_s in (1.0, 8.0, 15.0):
+            await asyncio.sleep(begin_s + at_s - opened.clock.now())
+            wait_for_disk(opened.config.recording.folder)
+
+
+def wait_for_disk(folder: Path) -> None:
+    """Until the recorder has written something more."""
+    before, end_s = size_of(folder), time.monotonic() + 5 * CHUNK_S
+    while size_of(folder) == before and time.monotonic() < end_s:
+        time.sleep(0.02)
+
+
+def size_of(folder: Path) -> int:
+    return sum(path.stat().st_size for path in folder.glob("*.mcap"))
 
 
 def run(folder: Path, begin_s: float = 0.0) -> list[str]:
@@ -131,7 +152,7 @@ def test_there_was_something_to_find(runs):
     assert {json.loads(line)["detector"] for line in first} >= {"link", "signal", "thruster", "operator"}
     assert any('"thruster 1", "level": "FAULT"' in line for line in first)
     assert any('"link mavlink", "level": "SUSPECT"' in line for line in first)
-    assert len(of_run(folder, 0)) > 1
+    assert len(of_run(folder, 0)) > 2
     about = read_about(of_run(folder, 1)[0])
     assert about.state and about.resumed
     assert first != second
