@@ -13,6 +13,7 @@ import click
 from drivers.readings import OperatorAct
 from gateway.commands.commission import commission
 from gateway.commands.export import export
+from gateway.commands.options import config_argument
 from gateway.commands.replay import replay
 from gateway.commands.watch import watch
 from gateway.config import Config, load
@@ -25,8 +26,6 @@ from gateway.training.command import train
 
 DISTRIBUTION = "thruster-gateway"
 PLUGINS = "gateway.commands"
-
-config_argument = click.argument("config", type=click.Path(path_type=Path, dir_okay=False))
 
 
 class PluginGroup(click.Group):

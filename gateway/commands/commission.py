@@ -13,6 +13,7 @@ import click
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn
 
+from gateway.commands.options import config_argument, offset_option
 from gateway.config import Config, load
 from gateway.problems import ConfigError
 from gateway.replay.offsets import offsets_s
@@ -27,7 +28,7 @@ COMPLETE, INCOMPLETE, FAILED = 0, 1, 2
 
 
 @click.command(short_help="Learn from healthy dives what CONFIG needs.")
-@click.argument("config", type=click.Path(path_type=Path, dir_okay=False))
+@config_argument
 @click.argument("log", nargs=-1, required=True)
 @click.option(
     "--out",
@@ -42,13 +43,7 @@ COMPLETE, INCOMPLETE, FAILED = 0, 1, 2
     show_default=True,
     help="How many faults may be said of a healthy vehicle.",
 )
-@click.option(
-    "--offset",
-    "offsets",
-    multiple=True,
-    metavar="LOG=SECONDS",
-    help="Added to the times of LOG, whose clock was another; left out: found, where the logs show it.",
-)
+@offset_option
 @click.option("--healthy", is_flag=True, help="The dives are healthy, whatever is found in them: I know better.")
 def commission(
     config: Path,

@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 from rich.console import Console
 
+from gateway.commands.options import config_argument, offset_option
 from gateway.commands.replaying import DIFF, FINDINGS, PHASES, SUMMARY, Request, replayed
 from gateway.problems import ConfigError
 from gateway.report import PAGE, PICTURES
@@ -17,7 +18,7 @@ CLEAN, FAULTS, FAILED = 0, 1, 2
 
 
 @click.command(short_help="Judge recorded dives with CONFIG.")
-@click.argument("config", type=click.Path(path_type=Path, dir_okay=False))
+@config_argument
 @click.argument("log", nargs=-1, required=True)
 @click.option(
     "--out",
@@ -25,13 +26,7 @@ CLEAN, FAULTS, FAILED = 0, 1, 2
     required=True,
     help=f"Folder for {FINDINGS}, {SUMMARY} and {PAGE}; those of an earlier replay are replaced.",
 )
-@click.option(
-    "--offset",
-    "offsets",
-    multiple=True,
-    metavar="LOG=SECONDS",
-    help="Added to the times of LOG, whose clock was another; left out: found, where the logs show it.",
-)
+@offset_option
 @click.option(
     "--from",
     "begin",

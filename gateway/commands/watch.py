@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import click
 from rich.console import Console
 
+from gateway.commands.options import config_argument, offset_option
 from gateway.config import Config, load
 from gateway.problems import ConfigError
 from gateway.replay.log_input import log_input
@@ -27,7 +28,7 @@ PLAIN_STEP_S = 1.0
 
 
 @click.command(short_help="Show how a running gateway is, or a recorded dive.")
-@click.argument("config", type=click.Path(path_type=Path, dir_okay=False))
+@config_argument
 @click.argument("log", nargs=-1)
 @click.option(
     "--speed",
@@ -45,9 +46,7 @@ PLAIN_STEP_S = 1.0
     metavar="SECONDS",
     help="From one look to the next: more for a slow link.",
 )
-@click.option(
-    "--offset", "offsets", multiple=True, metavar="LOG=SECONDS", help="Added to the times of LOG, as in replay."
-)
+@offset_option
 @click.option("--plain", is_flag=True, help="A line of text for each change, as where there is no terminal.")
 def watch(
     config: Path, log: tuple[str, ...], speed: float, every_s: float, offsets: tuple[str, ...], plain: bool

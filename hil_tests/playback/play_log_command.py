@@ -16,6 +16,8 @@ from rich.console import Console
 from rich.progress import Progress as Bar
 from rich.progress import SpinnerColumn, TextColumn
 
+from gateway.commands.options import config_argument, offset_option
+
 if TYPE_CHECKING:
     from gateway.config import Config
     from hil_tests.playback.log_session import LogSession, Progress
@@ -37,7 +39,7 @@ def _speed(_ctx: click.Context, _parameter: click.Parameter, text: str) -> float
 
 
 @click.command("play-log", short_help="Play recorded dives onto a bus and a link, with faults laid over them.")
-@click.argument("config", type=click.Path(path_type=Path, dir_okay=False))
+@config_argument
 @click.argument("log", nargs=-1)
 @click.option(
     "--can",
@@ -72,13 +74,7 @@ def _speed(_ctx: click.Context, _parameter: click.Parameter, text: str) -> float
     help="So many times as fast as it was; max: as fast as it goes.",
 )
 @click.option("--step", is_flag=True, help="One instant for each key that is pressed, or line of input; q ends.")
-@click.option(
-    "--offset",
-    "offsets",
-    multiple=True,
-    metavar="LOG=SECONDS",
-    help="Added to the times of LOG, whose clock was another; left out: found, where the logs show it.",
-)
+@offset_option
 @click.option("--seed", type=click.IntRange(min=0), default=0, help="Of all chance in the faults.")
 @click.option(
     "--transmit", metavar="WHAT", help="What may be put onto a bus that is not virtual: 7E0,node:20-27; all."
