@@ -74,15 +74,16 @@ class Memory:
     def recall(self, pipeline: Knowing) -> Recalled:
         """Gives the pipeline what an earlier run has left."""
         try:
-            found = state.load(self._path)
+            data = self._path.read_bytes()
+            found = state.unpack(data)
+        except FileNotFoundError:
+            pass
         except state.StateError as error:
             self._set_aside(f"state {self._path} {error}")
         except OSError as error:
             log.warning("state %s cannot be read, all is learnt anew: %s", self._path, error)
         else:
-            if found is not None:
-                data = state.pack(found)  # as it is now: the pipeline goes on from it
-                return Recalled(data, self._take(found, pipeline))
+            return Recalled(data, self._take(found, pipeline))
         return Recalled()
 
     def store(self, pipeline: Knowing) -> bytes:
